@@ -1,0 +1,152 @@
+// RODAS5P (G. Steinebach, BIT Numer. Math. 63:27, 2023): eight stages, order 5 with embedded order 4, stiffly accurate
+// and L-stable, for systems of index 1. The rod is one: q. = v, v. = a, 0 = r(q, v, a, t). Eliminating the first two
+// rows of every stage leaves one matrix, r_q + g r_v + g^2 r_a with g = 1/(gamma h), factored once per step: no
+// iteration, so nothing to converge and no history to lose in a rollback.
+#include <array>
+#include <cmath>
+
+#include "integrator.hpp"
+
+namespace rod {
+
+namespace {
+
+constexpr int stages = 8;
+constexpr double gamma_ = 0.21193756319429014;
+constexpr double A[5][5] = {
+    {3.0},
+    {2.849394379747939, 0.45842242204463923},
+    {-6.954028509809101, 2.489845061869568, -10.358996098473584},
+    {2.8029986275628964, 0.5072464736228206, -0.3988312541770524, -0.04721187230404641},
+    {-7.502846399306121, 2.561846144803919, -11.627539656261098, -0.18268767659942256, 0.030198172008377946}};
+constexpr double C[7][7] = {
+    {-14.155112264123755},
+    {-17.97296035885952, -2.859693295451294},
+    {147.12150275711716, -1.41221402718213, 71.68940251302358},
+    {165.43517024871676, -0.4592823456491126, 42.90938336958603, -5.961986721573306},
+    {24.854864614690072, -3.0009227002832186, 47.4931110020768, 5.5814197821558125, -0.6610691825249471},
+    {30.91273214028599, -3.1208243349937974, 77.79954646070892, 34.28646028294783, -19.097331116725623,
+     -28.087943162872662},
+    {37.80277123390563, -3.2571969029072276, 112.26918849496327, 66.9347231244047, -40.06618937091002,
+     -54.66780262877968, -9.48861652309627}};
+constexpr double node[stages] = {
+    0.0, 0.6358126895828704, 0.4095798393397535, 0.9769306725060716, 0.4288403609558664, 1, 1, 1};
+constexpr double time_weight[stages] = {0.21193756319429014, -0.42387512638858027, -0.3384627126235924,
+                                        1.8046452872882734, 2.325825639765069};
+
+constexpr double strain_scale = 0.1;  // strains below this are held to an absolute error
+constexpr double least_step = 1e-9;   // of the step asked for, or of the rod's time scale
+
+/// Point (q, v, a) and increments of one stage; e is the damping's heat, integrated along.
+struct Point {
+  Vector q, v, a;
+  double e = 0.0;
+};
+
+struct Step {
+  std::array<Point, stages> U;
+  Point y;
+  Vector r, r_t, b1, b2, dr;
+};
+
+void add(Point& y, double factor, const Point& U) {
+  y.q += factor * U.q;
+  y.v += factor * U.v;
+  y.a += factor * U.a;
+  y.e += factor * U.e;
+}
+
+/// One step from the state into s.y, with the error in s.U[7]. `work` belongs to the state.
+void take(const Rod& rod, const Inputs& u, double from, double h, const State& state, const Work& start,
+          const Loads& loads, Eigen::PartialPivLU<Matrix>& lu, Matrix& J, Work& work, Step& s) {
+  const double g = 1.0 / (gamma_ * h);
+  rod.tangent(start, {1.0, g, g * g}, J);
+  lu.compute(J);
+  rod.load_derivative(start, loads, load_rates_at(u, from), s.r_t);
+  const auto& D = rod.damping();
+  const Vector heat_slope = 2.0 * D.cwiseProduct(state.v);
+
+  for (int i = 0; i < stages; ++i) {
+    // Stages 7 and 8 start from the one before plus its increment; that is the method's embedded pair.
+    if (i < 6) {
+      s.y.q = state.q, s.y.v = state.v, s.y.a = state.a, s.y.e = 0.0;
+      for (int j = 0; j < i; ++j) add(s.y, A[i - 1][j], s.U[j]);
+    } else {
+      add(s.y, 1.0, s.U[i - 1]);
+    }
+    s.b1 = s.y.v;
+    s.b2 = s.y.a;
+    double b_e = D.dot(s.y.v.cwiseAbs2());
+    for (int j = 0; j < i; ++j) {
+      s.b1 += (C[i - 1][j] / h) * s.U[j].q;
+      s.b2 += (C[i - 1][j] / h) * s.U[j].v;
+      b_e += (C[i - 1][j] / h) * s.U[j].e;
+    }
+    rod.residual(s.y.q.data(), s.y.v.data(), s.y.a.data(), loads_at(u, from + node[i] * h), work, s.r);
+    s.dr = g * s.b1 + s.b2;
+    rod.rate_derivative(start, s.b1, s.dr, s.U[i].q);
+    s.r = s.U[i].q - s.r - (h * time_weight[i]) * s.r_t;
+    s.U[i].q = lu.solve(s.r);
+    s.U[i].v = g * s.U[i].q - s.b1;
+    s.U[i].a = g * s.U[i].v - s.b2;
+    s.U[i].e = (b_e + heat_slope.dot(s.U[i].v)) / g;
+  }
+  add(s.y, 1.0, s.U[stages - 1]);
+}
+
+/// Root mean square over strains and rates of error/(tolerance * size), sizes common to each kind.
+double error_norm(const Rod& rod, double tolerance, const State& state, const Step& s) {
+  const double q_size = strain_scale + std::max(state.q.lpNorm<Eigen::Infinity>(), s.y.q.lpNorm<Eigen::Infinity>());
+  const double v_size =
+      rod.first_frequency() * q_size + std::max(state.v.lpNorm<Eigen::Infinity>(), s.y.v.lpNorm<Eigen::Infinity>());
+  const Point& error = s.U[stages - 1];
+  const double sum = error.q.squaredNorm() / (q_size * q_size) + error.v.squaredNorm() / (v_size * v_size);
+  return std::sqrt(sum / (2.0 * rod.unknowns())) / tolerance;
+}
+
+}  // namespace
+
+Advance step_rosenbrock(const Rod& rod, const Inputs& u, double h, double tolerance, State& state, Scratch& scratch) {
+  // Inputs may have jumped: the acceleration must belong to the loads now, or the first stages lose their order.
+  Loads loads = loads_at(u, 0.0);
+  Work start;
+  rod.residual(state.q.data(), state.v.data(), state.a.data(), loads, start, scratch.r);
+  const double imbalance = (scratch.r.array() / rod.stiffness().array()).abs().maxCoeff();
+  if (!(imbalance < 0.1 * tolerance * strain_scale)) {
+    if (!accelerate(rod, loads, state, scratch)) return {0.0, "no finite acceleration at the start of the step"};
+    rod.residual(state.q.data(), state.v.data(), state.a.data(), loads, start, scratch.r);
+  }
+
+  if (state.next_step <= 0.0) state.next_step = 0.05 / rod.first_frequency();
+  const double least = least_step * std::min(h, 1.0 / rod.first_frequency());
+  Step s;
+  Work work;
+  Matrix J;
+  Eigen::PartialPivLU<Matrix> lu;
+  double done = 0.0;
+  while (done < h) {
+    const bool last = state.next_step >= h - done;
+    const double step = last ? h - done : std::min(state.next_step, 0.5 * (h - done) + 0.5 * state.next_step);
+    take(rod, u, done, step, state, start, loads, lu, J, work, s);
+    const double error = error_norm(rod, tolerance, state, s);
+    const double factor = std::isfinite(error) ? std::clamp(0.9 * std::pow(error, -0.2), 0.2, 5.0) : 0.2;
+    if (!(error <= 1.0)) {
+      state.next_step = step * std::min(factor, 0.9);
+      if (state.next_step < least)
+        return {done, "the time step fell below the least one; the loads may be too violent"};
+      continue;
+    }
+    state.q = s.y.q, state.v = s.y.v, state.a = s.y.a;
+    state.dissipated += s.y.e;
+    // A step cut short by the end of the interval says little about the next one.
+    if (!last || factor < 1.0 || step * factor > state.next_step) state.next_step = step * factor;
+    done = last ? h : done + step;
+    if (done < h) {
+      loads = loads_at(u, done);
+      rod.residual(state.q.data(), state.v.data(), state.a.data(), loads, start, scratch.r);
+    }
+  }
+  return {h, ""};
+}
+
+}  // namespace rod
