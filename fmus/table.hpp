@@ -1,5 +1,5 @@
-// The variable table of an FMU: one row per variable, declared once. Value, start, type and place all follow from a member
-// of the model's data struct; from the rows come get and set, modelDescription.xml and the GUID.
+// The variable table of an FMU: one row per variable, declared once. Value, start, type and place all follow from a
+// member of the model's data struct; from the rows come get and set, modelDescription.xml and the GUID.
 #pragma once
 
 #include <cstddef>

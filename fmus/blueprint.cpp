@@ -1,0 +1,73 @@
+#include "blueprint.hpp"
+
+#include <array>
+#include <cinttypes>
+#include <cstdio>
+#include <set>
+
+#include "description.hpp"
+#include "hash.hpp"
+
+namespace fmu {
+namespace {
+
+/// Contradictions that the compiler cannot see; found when the FMU is built, since describe_<name> runs this too.
+void check(const std::vector<Variable>& rows) {
+  std::set<std::string> names;
+  std::set<std::string> inputs;
+  for (const Variable& row : rows) {
+    if (!names.insert(row.name).second) throw Error("variable table: '" + row.name + "' is declared twice");
+    if (row.causality == Causality::input) inputs.insert(row.name);
+    if (row.causality != Causality::output && !(row.start >= row.least && row.start <= row.most))
+      throw Error("variable table: the start value of '" + row.name + "' is out of its own range");
+    if (row.is_tunable && row.causality != Causality::parameter)
+      throw Error("variable table: '" + row.name + "' is tunable but no parameter");
+    if ((row.type == Type::enumeration) != !row.items.empty())
+      throw Error("variable table: '" + row.name + "' needs choices if and only if it is an enumeration");
+    if ((row.type == Type::real) != !row.unit.empty())
+      throw Error("variable table: '" + row.name + "' needs a unit if and only if it is real");
+  }
+  for (const Variable& row : rows)
+    for (const std::string& name : row.depends_on)
+      if (!inputs.contains(name))
+        throw Error("variable table: '" + row.name + "' depends on '" + name + "', which is no input");
+}
+
+/// 128 bits as {8-4-4-4-12} hexadecimal digits.
+std::string guid_of(const std::string& text) {
+  const std::uint64_t high = hash(text), low = hash(text, high);
+  std::array<char, 40> guid{};
+  std::snprintf(guid.data(), guid.size(), "{%08" PRIx64 "-%04" PRIx64 "-%04" PRIx64 "-%04" PRIx64 "-%012" PRIx64 "}",
+                high >> 32, high >> 16 & 0xffff, high & 0xffff, low >> 48, low & 0xffffffffffff);
+  return guid.data();
+}
+
+Blueprint make() {
+  Blueprint blueprint{identity(), variables(), {}, {}, {}};
+  for (Variable& row : blueprint.rows) {
+    if (row.type == Type::boolean) row.range(0.0, 1.0);
+    if (row.type == Type::enumeration) row.range(1.0, static_cast<double>(row.items.size()));
+  }
+  check(blueprint.rows);
+  for (std::size_t i = 0; i < blueprint.rows.size(); ++i) {
+    if (blueprint.rows[i].causality == Causality::parameter) blueprint.parameters.push_back(i);
+    if (blueprint.rows[i].causality == Causality::input) blueprint.inputs.push_back(i);
+  }
+  blueprint.guid = guid_of(model_description(blueprint));
+  return blueprint;
+}
+
+}  // namespace
+
+const Blueprint& Blueprint::get() {
+  static const Blueprint blueprint = make();
+  return blueprint;
+}
+
+const Variable* Blueprint::tolerance() const {
+  for (const std::size_t index : parameters)
+    if (rows[index].name == "tolerance" && rows[index].type == Type::real) return &rows[index];
+  return nullptr;
+}
+
+}  // namespace fmu

@@ -1,0 +1,189 @@
+#include "description.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "logging.hpp"
+#include "text.hpp"
+#include "units.hpp"
+
+namespace fmu {
+namespace {
+
+/// ` name="value"`, with what XML reserves written as entities.
+std::string attribute(std::string_view name, std::string_view value) {
+  std::string result = " " + std::string(name) + "=\"";
+  for (const char c : value) {
+    switch (c) {
+      case '&':
+        result += "&amp;";
+        break;
+      case '<':
+        result += "&lt;";
+        break;
+      case '>':
+        result += "&gt;";
+        break;
+      case '"':
+        result += "&quot;";
+        break;
+      default:
+        result += c;
+    }
+  }
+  return result + "\"";
+}
+
+std::string attribute(std::string_view name, double value) { return attribute(name, text(value)); }
+std::string attribute(std::string_view name, const char* value) { return attribute(name, std::string_view(value)); }
+std::string attribute(std::string_view name, bool value) { return attribute(name, value ? "true" : "false"); }
+
+std::string co_simulation(const Identity& identity) {
+  return "  <CoSimulation" + attribute("modelIdentifier", identity.name) +
+         attribute("canHandleVariableCommunicationStepSize", true) + attribute("canInterpolateInputs", true) +
+         attribute("maxOutputDerivativeOrder", 1.0) + attribute("canBeInstantiatedOnlyOncePerProcess", false) +
+         attribute("canNotUseMemoryManagementFunctions", true) + attribute("canGetAndSetFMUstate", true) +
+         attribute("canSerializeFMUstate", true) + attribute("providesDirectionalDerivative", false) + "/>\n";
+}
+
+std::string unit_definitions(const std::vector<Variable>& rows) {
+  std::set<std::string> units;
+  for (const Variable& row : rows)
+    if (!row.unit.empty()) units.insert(row.unit);
+  std::string result = "  <UnitDefinitions>\n";
+  for (const std::string& unit : units) {
+    result += "    <Unit" + attribute("name", unit) + ">\n      <BaseUnit";
+    const BaseUnit exponents = base_unit(unit);
+    for (std::size_t i = 0; i < exponents.size(); ++i)
+      if (exponents[i] != 0) result += attribute(kBaseUnits[i], static_cast<double>(exponents[i]));
+    result += "/>\n";
+    for (const DisplayUnit& display : kDisplayUnits) {
+      if (display.unit != unit) continue;
+      result += "      <DisplayUnit" + attribute("name", display.name) + attribute("factor", display.factor) +
+                attribute("offset", display.offset) + "/>\n";
+    }
+    result += "    </Unit>\n";
+  }
+  return result + "  </UnitDefinitions>\n";
+}
+
+/// One type per enumeration variable, of the variable's name.
+std::string type_definitions(const std::vector<Variable>& rows) {
+  std::string types;
+  for (const Variable& row : rows) {
+    if (row.type != Type::enumeration) continue;
+    types += "    <SimpleType" + attribute("name", row.name) + ">\n      <Enumeration>\n";
+    for (std::size_t i = 0; i < row.items.size(); ++i)
+      types +=
+          "        <Item" + attribute("name", row.items[i]) + attribute("value", static_cast<double>(i + 1)) + "/>\n";
+    types += "      </Enumeration>\n    </SimpleType>\n";
+  }
+  return types.empty() ? types : "  <TypeDefinitions>\n" + types + "  </TypeDefinitions>\n";
+}
+
+std::string log_categories() {
+  std::string result = "  <LogCategories>\n";
+  for (const Category& about : category::kAll)
+    result += "    <Category" + attribute("name", about.name) + attribute("description", about.description) + "/>\n";
+  return result + "    <Category" + attribute("name", category::kEverything) +
+         attribute("description", "All of the above") + "/>\n  </LogCategories>\n";
+}
+
+std::string default_experiment(const Blueprint& blueprint) {
+  const Identity& identity = blueprint.identity;
+  std::string result = "  <DefaultExperiment" + attribute("startTime", 0.0) + attribute("stopTime", identity.stop_time);
+  if (const Variable* tolerance = blueprint.tolerance()) result += attribute("tolerance", tolerance->start);
+  return result + attribute("stepSize", identity.step_size) + "/>\n";
+}
+
+std::string bounds(const Variable& row) {
+  std::string result;
+  if (std::isfinite(row.least)) result += attribute("min", row.least);
+  if (std::isfinite(row.most)) result += attribute("max", row.most);
+  return result;
+}
+
+/// The element inside a ScalarVariable that carries what depends on the type.
+std::string typed_element(const Variable& row) {
+  const bool has_start = row.causality != Causality::output;
+  switch (row.type) {
+    case Type::real: {
+      std::string result = "<Real" + attribute("unit", row.unit);
+      for (const DisplayUnit& display : kDisplayUnits)
+        if (display.unit == row.unit) result += attribute("displayUnit", display.name);
+      result += bounds(row);
+      if (row.typical != 1.0) result += attribute("nominal", row.typical);
+      return result + (has_start ? attribute("start", row.start) : "") + "/>";
+    }
+    case Type::integer:
+      return "<Integer" + bounds(row) + (has_start ? attribute("start", row.start) : "") + "/>";
+    case Type::boolean:
+      return "<Boolean" + (has_start ? attribute("start", row.start != 0.0) : "") + "/>";
+    case Type::enumeration:
+      return "<Enumeration" + attribute("declaredType", row.name) + bounds(row) +
+             (has_start ? attribute("start", row.start) : "") + "/>";
+  }
+  return {};
+}
+
+std::string model_variables(const std::vector<Variable>& rows) {
+  std::string result = "  <ModelVariables>\n";
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const Variable& row = rows[i];
+    std::string role;
+    switch (row.causality) {
+      case Causality::parameter:
+        role = attribute("causality", "parameter") + attribute("variability", row.is_tunable ? "tunable" : "fixed") +
+               attribute("initial", "exact");
+        break;
+      case Causality::input:
+        role = attribute("causality", "input") + attribute("variability", "continuous");
+        break;
+      case Causality::output:
+        role = attribute("causality", "output") +
+               attribute("variability", row.type == Type::real ? "continuous" : "discrete") +
+               attribute("initial", "calculated");
+        break;
+    }
+    result += "    <!-- " + std::to_string(i + 1) + " -->\n    <ScalarVariable" + attribute("name", row.name) +
+              attribute("valueReference", static_cast<double>(i)) + attribute("description", row.description) + role +
+              ">\n      " + typed_element(row) + "\n    </ScalarVariable>\n";
+  }
+  return result + "  </ModelVariables>\n";
+}
+
+/// Exact dependencies of the outputs: a host would otherwise see algebraic loops that are not there. At the start an
+/// output may depend on every parameter and input, which is what InitialUnknowns say by leaving them out.
+std::string model_structure(const std::vector<Variable>& rows) {
+  std::string outputs;
+  std::string initial;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    if (rows[i].causality != Causality::output) continue;
+    std::string inputs;
+    for (std::size_t k = 0; k < rows.size(); ++k)
+      if (std::ranges::count(rows[i].depends_on, rows[k].name)) append(inputs, std::to_string(k + 1), " ");
+    const std::string index = attribute("index", static_cast<double>(i + 1));
+    outputs += "      <Unknown" + index + attribute("dependencies", inputs) + "/>\n";
+    initial += "      <Unknown" + index + "/>\n";
+  }
+  if (outputs.empty()) return "  <ModelStructure/>\n";
+  return "  <ModelStructure>\n    <Outputs>\n" + outputs + "    </Outputs>\n    <InitialUnknowns>\n" + initial +
+         "    </InitialUnknowns>\n  </ModelStructure>\n";
+}
+
+}  // namespace
+
+std::string model_description(const Blueprint& blueprint) {
+  const Identity& identity = blueprint.identity;
+  return "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<fmiModelDescription" + attribute("fmiVersion", "2.0") +
+         attribute("modelName", identity.name) + attribute("guid", blueprint.guid) +
+         attribute("description", identity.description) + attribute("version", TCA_VERSION) +
+         attribute("license", "MIT") + attribute("generationTool", "tca-cosim " TCA_VERSION) +
+         attribute("variableNamingConvention", "structured") + attribute("numberOfEventIndicators", 0.0) + ">\n" +
+         co_simulation(identity) + unit_definitions(blueprint.rows) + type_definitions(blueprint.rows) +
+         log_categories() + default_experiment(blueprint) + model_variables(blueprint.rows) +
+         model_structure(blueprint.rows) + "</fmiModelDescription>\n";
+}
+
+}  // namespace fmu
