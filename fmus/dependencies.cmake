@@ -1,4 +1,4 @@
-# Eigen and SUNDIALS: the installed ones where there are any, else the pinned source releases, checked by their hash.
+# Eigen, SUNDIALS and, for tests, GoogleTest: installed ones where there are any, else pinned releases checked by hash.
 # Without network name unpacked sources with -DFETCHCONTENT_SOURCE_DIR_EIGEN=... and -DFETCHCONTENT_SOURCE_DIR_SUNDIALS=...
 include(FetchContent)
 include(FeatureSummary)
@@ -13,6 +13,9 @@ FetchContent_Declare(eigen
 FetchContent_Declare(sundials
   URL https://github.com/LLNL/sundials/releases/download/v6.4.1/sundials-6.4.1.tar.gz
   URL_HASH SHA256=7bf10a8d2920591af3fba2db92548e91ad60eb7241ab23350a9b1bc51e05e8d0)
+FetchContent_Declare(googletest
+  URL https://github.com/google/googletest/archive/refs/tags/v1.14.0.tar.gz
+  URL_HASH SHA256=8ad598c73ad796e0d8280b082cebd82a630d73e73cd3c70057938a6501bba5d7)
 
 find_package(Eigen3 3.4 QUIET NO_MODULE)
 if(NOT TARGET Eigen3::Eigen)
@@ -31,4 +34,11 @@ if(NOT TARGET SUNDIALS::arkode_static)
   set(CMAKE_POSITION_INDEPENDENT_CODE ON)
   FetchContent_MakeAvailable(sundials)
   unset(CMAKE_POSITION_INDEPENDENT_CODE)
+endif()
+
+if(TCA_BUILD_TESTS)
+  find_package(GTest QUIET)
+  if(NOT TARGET GTest::gtest_main)
+    FetchContent_MakeAvailable(googletest)
+  endif()
 endif()

@@ -1,0 +1,39 @@
+# make demo     the paper's three scenes and their figure
+# make test     C++ and Python tests, formatters, linters
+# make fmus     fmus/thermal.fmu and fmus/rod.fmu
+# make format   formats everything
+# Each sets up what it needs: system packages (on Debian), .venv, the package with its FMUs. WERROR=ON: as CI.
+VENV := .venv
+BUILD := build
+WERROR ?= OFF
+CXX_FILES := $(shell find fmus thermal_fmu rod_fmu tests -name '*.[ch]pp')
+SOURCES := $(CXX_FILES) $(shell find fmus thermal_fmu rod_fmu tests orchestration -name CMakeLists.txt \
+	-o -name '*.cmake' -o -name '*.map' -o -path 'orchestration/*' -type f ! -name '*.pyc') CMakeLists.txt pyproject.toml
+
+.PHONY: fmus demo test format
+fmus: $(VENV)/installed
+
+demo: $(VENV)/installed
+	$(VENV)/bin/tca-cosim paper
+
+test: $(VENV)/installed
+	ctest --test-dir $(BUILD) --output-on-failure --progress
+	$(VENV)/bin/ruff check .
+	$(VENV)/bin/ruff format --check .
+	clang-format --dry-run --Werror $(CXX_FILES)
+	$(VENV)/bin/python -m pytest
+
+format: $(VENV)/ready
+	$(VENV)/bin/ruff check --fix .
+	$(VENV)/bin/ruff format .
+	clang-format -i $(CXX_FILES)
+
+$(VENV)/ready: .ci/setup
+	.ci/setup $(VENV)
+	touch $@
+
+$(VENV)/installed: $(VENV)/ready $(SOURCES)
+	$(VENV)/bin/python -m pip install --quiet --no-build-isolation -Cbuild-dir=$(BUILD) \
+		-Ccmake.define.TCA_FMU_DIR=$(CURDIR)/fmus -Ccmake.define.TCA_BUILD_TESTS=ON -Ccmake.define.TCA_WERROR=$(WERROR) \
+		'.[test]'
+	touch $@
