@@ -2,36 +2,39 @@
 // is loaded, so that one portable binary is fast everywhere.
 #pragma once
 
+#include <array>
+
 #include "field.hpp"
 
 #if defined(__x86_64__) && defined(__gnu_linux__)
-#define ROD_KERNEL __attribute__((target_clones("arch=skylake-avx512", "arch=haswell", "default")))
+#define ROD_KERNEL __attribute__((target_clones("arch=x86-64-v3", "default")))
 #else
 #define ROD_KERNEL
 #endif
-#define ROD_INLINE [[gnu::always_inline]] inline
+#define ROD_LAMBDA_INLINE __attribute__((always_inline))
 
 namespace rod {
 
-/// out_k = sum_j table[j][k] in_j. In place is allowed.
-ROD_INLINE void integrate(const std::array<Lane, nodes>& table, const Lane& in, Lane& out) {
-  double sum[nodes] = {};
-  for (int j = 0; j < nodes; ++j)
-    for (int k = 0; k < nodes; ++k) sum[k] += table[j][k] * in[j];
-  for (int k = 0; k < nodes; ++k) out[k] = sum[k];
-}
-
+/// out_k = sum_j table[j][k] in_j for each component. In place is allowed.
 ROD_INLINE void integrate(const std::array<Lane, nodes>& table, const Field& in, Field& out) {
-  integrate(table, in.x, out.x);
-  integrate(table, in.y, out.y);
-  integrate(table, in.z, out.z);
+  Pack x[packs] = {}, y[packs] = {}, z[packs] = {};
+  for (int j = 0; j < nodes; ++j) {
+    const Vec3 value = in.at(j);
+    for (int p = 0; p < packs; ++p) {
+      const Pack weight = table.data()[j].pack[p];
+      x[p] += weight * value.x;
+      y[p] += weight * value.y;
+      z[p] += weight * value.z;
+    }
+  }
+  for (int p = 0; p < packs; ++p) out.set(p, {x[p], y[p], z[p]});
 }
 
-/// Weighted sum over the nodes, in a fixed order.
+/// Sum of products over the nodes, in a fixed order.
 ROD_INLINE double total(const Lane& w, const Lane& f) {
-  double sum = 0.0;
-  for (int k = 0; k < nodes; ++k) sum += w[k] * f[k];
-  return sum;
+  Pack sum = {};
+  for (int p = 0; p < packs; ++p) sum += w.pack[p] * f.pack[p];
+  return (sum[0] + sum[1]) + (sum[2] + sum[3]);
 }
 
 ROD_INLINE Vec3 total(const Lane& w, const Field& f) { return {total(w, f.x), total(w, f.y), total(w, f.z)}; }

@@ -9,10 +9,10 @@ namespace rod {
 
 namespace {
 
-constexpr Triple triple(const Vec3& a) { return {a.x, a.y, a.z}; }
+Triple triple(const Vec3& a) { return {a.x, a.y, a.z}; }
 
 /// Angles of R = Rx(alpha) Ry(beta) Rz(gamma). At beta = +-90 degrees only alpha +- gamma is defined; gamma is then 0.
-Triple euler_angles(const Mat3& R) {
+Triple euler_angles(const Rotation<double>& R) {
   const double sine = std::clamp(R.row0.z, -1.0, 1.0);
   if (std::hypot(R.row0.x, R.row0.y) < 1e-12) return {std::atan2(R.row2.y, R.row1.y), std::asin(sine), 0.0};
   return {std::atan2(-R.row1.z, R.row2.z), std::atan2(sine, std::hypot(R.row0.x, R.row0.y)),
@@ -29,17 +29,18 @@ void Rod::outputs(const double* q, const double* v, const Loads& loads, const Wo
   for (std::size_t m = 0; m < shape_stations; ++m) y.shape[m] = triple(length_ * total(grid.stations[m], w.l));
   y.tip_p = y.shape.back();
   y.tip_quaternion = w.tip_quaternion;
-  y.tip_euler = euler_angles(w.tip_R);
+  y.tip_euler =
+      euler_angles(rotation(w.tip_quaternion[0], w.tip_quaternion[1], w.tip_quaternion[2], w.tip_quaternion[3]));
   Field tip_rate;
-  for (int k = 0; k < nodes; ++k) tip_rate.set(k, cross(w.omega[k], w.l[k]) + w.l1[k]);
+  for (int p = 0; p < packs; ++p) tip_rate.set(p, cross(w.omega[p], w.l[p]) + w.l1[p]);
   y.tip_v = triple(length_ * total(grid.w, tip_rate));
 
   y.energy_elastic = 0.5 * stiffness_.dot(strains.cwiseAbs2());
   Lane kinetic, height;
   for (int k = 0; k < nodes; ++k) {
-    const Vec3 velocity = length_ * w.velocity[k], spin = w.omega_body[k];
+    const Vec3 velocity = length_ * w.velocity.at(k), spin = w.omega_body.at(k);
     kinetic[k] = section_.mass * dot(velocity, velocity) + dot(spin, scale(section_.inertia, spin));
-    height[k] = (1.0 - grid.s[k]) * dot(loads.gravity, w.l[k]);  // int_0^L g.p ds by parts
+    height[k] = (1.0 - grid.s[k]) * dot(loads.gravity, w.l.at(k));  // int_0^L g.p ds by parts
   }
   y.energy_kinetic = 0.5 * length_ * total(grid.w, kinetic);
   y.energy_gravity = -section_.mass * length_ * length_ * total(grid.w, height);

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "kernel.hpp"
+#include "rotations.hpp"
 
 namespace rod {
 
@@ -24,24 +25,6 @@ Section Section::round(const Parameters& p) {
 
 namespace {
 
-double value(const Polynomial& u, double s) { return u[0] + s * (u[1] + s * (u[2] / 2.0 + s * u[3] / 6.0)); }
-double rate(const Polynomial& u, double s) { return u[1] + s * (u[2] + s * u[3] / 2.0); }
-
-template <class Evaluate>
-Loads collect(const Inputs& u, Evaluate at) {
-  Loads loads;
-  for (int c = 0; c < 3; ++c) {
-    loads.gravity[c] = at(u.gravity[c]);
-    loads.tip_force[c] = at(u.tip_force[c]);
-    loads.tip_moment[c] = at(u.tip_moment[c]);
-  }
-  for (std::size_t i = 0; i < tca_count; ++i) {
-    loads.T[i] = at(u.T[i]);
-    loads.delta_guess[i] = at(u.delta_guess[i]);
-  }
-  return loads;
-}
-
 std::vector<int> components_of(Strains strains) {
   switch (strains) {
     case Strains::bending:
@@ -57,14 +40,6 @@ std::vector<int> components_of(Strains strains) {
 }
 
 }  // namespace
-
-Loads loads_at(const Inputs& u, double elapsed) {
-  return collect(u, [elapsed](const Polynomial& p) { return value(p, elapsed); });
-}
-
-Loads load_rates_at(const Inputs& u, double elapsed) {
-  return collect(u, [elapsed](const Polynomial& p) { return rate(p, elapsed); });
-}
 
 Rod::Rod(const Parameters& p, const Section& section)
     : length_(p.body_length),
@@ -88,8 +63,8 @@ Rod::Rod(const Parameters& p, const Section& section)
       const Vec3 direction{std::cos(angle), std::sin(angle), 0.0};
       const Vec3 r = (p.tca_offset / length_) * direction;
       const Vec3 slope = (p.tca_helix[i] * p.tca_offset) * Vec3{-direction.y, direction.x, 0.0};
-      offset_[i].set(k, r);
-      slope_[i].set(k, slope);
+      offset_[i].put(k, r);
+      slope_[i].put(k, slope);
       const Vec3 kappa = length_ * Vec3{section.reference[0], section.reference[1], section.reference[2]};
       const Vec3 lambda{section.reference[3], section.reference[4], section.reference[5]};
       const Vec3 u = lambda + cross(kappa, r) + slope;
@@ -111,107 +86,24 @@ void Rod::expand(const double* coefficients, Strain& strain) const {
     for (int c : components_) {
       Lane& out = lane(c < 3 ? strain.kappa : strain.lambda, c % 3);
       const double factor = *coefficients++;
-      for (int k = 0; k < nodes; ++k) out[k] += factor * grid.legendre[a][k];
+      for (int p = 0; p < packs; ++p) out.pack[p] += factor * grid.legendre[a].pack[p];
     }
 }
 
-namespace {
-
-struct Quaternion {
-  double w, x, y, z;
-};
-
-Quaternion operator*(const Quaternion& a, const Quaternion& b) {
-  return {a.w * b.w - a.x * b.x - a.y * b.y - a.z * b.z, a.w * b.x + a.x * b.w + a.y * b.z - a.z * b.y,
-          a.w * b.y - a.x * b.z + a.y * b.w + a.z * b.x, a.w * b.z + a.x * b.y - a.y * b.x + a.z * b.w};
-}
-
-ROD_INLINE Mat3 matrix(double w, double x, double y, double z) {
-  return {{1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)},
-          {2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)},
-          {2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)}};
-}
-
-/// cos and sin(t)/t of t = sqrt(square), by their series where it converges to rounding within ten terms.
-ROD_INLINE void half_angle(double square, double& cosine, double& sinc) {
-  cosine = sinc = 1.0;
-  for (int n = 10; n > 0; --n) {
-    cosine = 1.0 - cosine * square / ((2 * n - 1) * (2 * n));
-    sinc = 1.0 - sinc * square / ((2 * n) * (2 * n + 1));
-  }
-}
-
-/// Rotation vector over an interval of length h from the curvature at its three Gauss points: Magnus expansion of order
-/// 6 (Blanes, Casas, Ros 2000), for R' = R kappa^, whose bracket is [a, b] = b x a.
-ROD_INLINE Vec3 magnus(double h, const Vec3& k1, const Vec3& k2, const Vec3& k3) {
-  const Vec3 a1 = h * k2;
-  const Vec3 a2 = (std::sqrt(15.0) / 3.0 * h) * (k3 - k1);
-  const Vec3 a3 = (10.0 / 3.0 * h) * (k3 - 2.0 * k2 + k1);
-  const Vec3 c1 = cross(a2, a1);
-  const Vec3 c2 = (-1.0 / 60.0) * cross(2.0 * a3 + c1, a1);
-  return a1 + (1.0 / 12.0) * a3 + (1.0 / 240.0) * cross(a2 + c2, -20.0 * a1 - a3 + c1);
-}
-
-constexpr double series_limit = 1.0;  // of the half angle squared
-
-/// Rotation vectors over all intervals, as unit quaternions by component.
-ROD_KERNEL void interval_quaternions(const std::array<std::array<std::array<double, intervals>, 3>, points>& kappa,
-                                     const std::array<double, intervals>& h,
-                                     std::array<std::array<double, intervals>, 4>& q) {
-  double widest = 0.0;
-  for (int e = 0; e < intervals; ++e) {
-    const Vec3 k1{kappa[0][0][e], kappa[0][1][e], kappa[0][2][e]};
-    const Vec3 k2{kappa[1][0][e], kappa[1][1][e], kappa[1][2][e]};
-    const Vec3 k3{kappa[2][0][e], kappa[2][1][e], kappa[2][2][e]};
-    const Vec3 half = 0.5 * magnus(h[e], k1, k2, k3);
-    const double square = dot(half, half);
-    double sinc;
-    half_angle(square, q[0][e], sinc);
-    q[1][e] = sinc * half.x, q[2][e] = sinc * half.y, q[3][e] = sinc * half.z;
-    widest = square > widest ? square : widest;
-  }
-  if (widest < series_limit) return;
-  for (int e = 0; e < intervals; ++e) {
-    const Vec3 half = 0.5 * magnus(h[e], {kappa[0][0][e], kappa[0][1][e], kappa[0][2][e]},
-                                   {kappa[1][0][e], kappa[1][1][e], kappa[1][2][e]},
-                                   {kappa[2][0][e], kappa[2][1][e], kappa[2][2][e]});
-    const double angle = std::sqrt(dot(half, half));
-    const double sinc = angle > 1e-4 ? std::sin(angle) / angle : 1.0 - angle * angle / 6.0;
-    q[0][e] = std::cos(angle), q[1][e] = sinc * half.x, q[2][e] = sinc * half.y, q[3][e] = sinc * half.z;
-  }
-}
-
-ROD_KERNEL void rotation_matrices(const std::array<std::array<double, nodes>, 4>& q, RotationField& R) {
-  for (int k = 0; k < nodes; ++k) R.set(k, matrix(q[0][k], q[1][k], q[2][k], q[3][k]));
-}
-
-}  // namespace
-
 void Rod::rotations(const double* q, Work& work) const {
   const Quadrature& grid = quadrature();
-  std::array<std::array<std::array<double, intervals>, 3>, points> kappa;
-  for (auto& point : kappa)
-    for (int c = 0; c < 3; ++c) point[c].fill(length_ * section_.reference[c]);
+  IntervalCurvature kappa;
+  for (int g = 0; g < points; ++g)
+    for (int c = 0; c < 3; ++c)
+      for (int p = 0; p < interval_packs; ++p) kappa[g][c].pack[p] = Pack{} + length_ * section_.reference[c];
   for (int a = 0; a < terms_; ++a)
     for (int c : components_) {
       const double factor = *q++;
       if (c < 3)
         for (int g = 0; g < points; ++g)
-          for (int e = 0; e < intervals; ++e) kappa[g][c][e] += factor * grid.legendre_between[a][g][e];
+          for (int p = 0; p < interval_packs; ++p) kappa[g][c].pack[p] += factor * grid.legendre_between[a][g].pack[p];
     }
-  std::array<std::array<double, intervals>, 4> turns;
-  interval_quaternions(kappa, grid.length, turns);
-
-  std::array<std::array<double, nodes>, 4> at_nodes;
-  Quaternion here{1.0, 0.0, 0.0, 0.0};
-  for (int e = 0; e < intervals; ++e) {
-    here = here * Quaternion{turns[0][e], turns[1][e], turns[2][e], turns[3][e]};
-    if (e < nodes) at_nodes[0][e] = here.w, at_nodes[1][e] = here.x, at_nodes[2][e] = here.y, at_nodes[3][e] = here.z;
-  }
-  rotation_matrices(at_nodes, work.R);
-  const double norm = std::sqrt(here.w * here.w + here.x * here.x + here.y * here.y + here.z * here.z);
-  work.tip_quaternion = {here.w / norm, here.x / norm, here.y / norm, here.z / norm};
-  work.tip_R = matrix(work.tip_quaternion[0], work.tip_quaternion[1], work.tip_quaternion[2], work.tip_quaternion[3]);
+  work.tip_quaternion = rotate_along(kappa, work.R);
 }
 
 namespace {
@@ -219,34 +111,35 @@ namespace {
 /// u_i, its direction and arm at all nodes; returns |u_i|.
 ROD_KERNEL void tca_geometry(const Field& kappa, const Field& lambda, const Field& offset, const Field& slope,
                              Lane& length, Lane& inverse, Field& t, Field& arm) {
-  for (int k = 0; k < nodes; ++k) {
-    const Vec3 u = lambda[k] + cross(kappa[k], offset[k]) + slope[k];
-    length[k] = std::sqrt(dot(u, u));
-    inverse[k] = 1.0 / length[k];
-    const Vec3 direction = inverse[k] * u;
-    t.set(k, direction);
-    arm.set(k, cross(offset[k], direction));
+  for (int p = 0; p < packs; ++p) {
+    const Triad<Pack> u = lambda[p] + cross(kappa[p], offset[p]) + slope[p];
+    const Pack square = dot(u, u);
+    for (int k = 0; k < pack_size; ++k) length.pack[p][k] = std::sqrt(square[k]);
+    inverse.pack[p] = 1.0 / length.pack[p];
+    const Triad<Pack> direction = inverse.pack[p] * u;
+    t.set(p, direction);
+    arm.set(p, cross(offset[p], direction));
   }
 }
 
 ROD_KERNEL void static_loads(const Quadrature& grid, const Field& lambda, double mass_length_2, double length,
                              const Loads& loads, Work& w, Field& couple, Field& force) {
   const Vec3 weight = mass_length_2 * loads.gravity;
-  for (int k = 0; k < nodes; ++k) {
-    const Mat3 R = w.R[k];
-    const Vec3 l = R * lambda[k];
-    w.l.set(k, l);
-    const Vec3 n = length * loads.tip_force + (1.0 - grid.s[k]) * weight;
-    w.n.set(k, n);
-    w.m.set(k, cross(l, n));
+  for (int p = 0; p < packs; ++p) {
+    const Rotation<Pack> R = w.R[p];
+    const Triad<Pack> l = R * lambda[p];
+    w.l.set(p, l);
+    const Triad<Pack> n = spread(length * loads.tip_force) + (1.0 - grid.s.pack[p]) * spread(weight);
+    w.n.set(p, n);
+    w.m.set(p, cross(l, n));
   }
   integrate(grid.adjoint, w.m, w.m);
-  for (int k = 0; k < nodes; ++k) {
-    const Mat3 R = w.R[k];
-    const Vec3 m = w.m[k] + loads.tip_moment;
-    w.m.set(k, m);
-    couple.set(k, back(R, m));
-    force.set(k, back(R, w.n[k]));
+  for (int p = 0; p < packs; ++p) {
+    const Rotation<Pack> R = w.R[p];
+    const Triad<Pack> m = w.m[p] + spread(loads.tip_moment);
+    w.m.set(p, m);
+    couple.set(p, back(R, m));
+    force.set(p, back(R, w.n[p]));
   }
 }
 
@@ -254,47 +147,47 @@ ROD_KERNEL void static_loads(const Quadrature& grid, const Field& lambda, double
 ROD_KERNEL void dynamic_loads(const Quadrature& grid, const Field& lambda, const Field& kappa1, const Field& lambda1,
                               const Field& kappa2, const Field& lambda2, double mass_length_2, double length,
                               const Vec3& inertia, const Loads& loads, Work& w, Field& couple, Field& force) {
-  for (int k = 0; k < nodes; ++k) {
-    const Mat3 R = w.R[k];
-    w.l.set(k, R * lambda[k]);
-    w.k1.set(k, R * kappa1[k]);
-    w.l1.set(k, R * lambda1[k]);
-    w.k2.set(k, R * kappa2[k]);
-    w.l2.set(k, R * lambda2[k]);
+  for (int p = 0; p < packs; ++p) {
+    const Rotation<Pack> R = w.R[p];
+    w.l.set(p, R * lambda[p]);
+    w.k1.set(p, R * kappa1[p]);
+    w.l1.set(p, R * lambda1[p]);
+    w.k2.set(p, R * kappa2[p]);
+    w.l2.set(p, R * lambda2[p]);
   }
   integrate(grid.forward, w.k1, w.omega);
-  for (int k = 0; k < nodes; ++k) {
-    w.alpha.set(k, cross(w.omega[k], w.k1[k]) + w.k2[k]);
-    w.velocity.set(k, cross(w.omega[k], w.l[k]) + w.l1[k]);
+  for (int p = 0; p < packs; ++p) {
+    w.alpha.set(p, cross(w.omega[p], w.k1[p]) + w.k2[p]);
+    w.velocity.set(p, cross(w.omega[p], w.l[p]) + w.l1[p]);
   }
   integrate(grid.forward, w.alpha, w.alpha);
   integrate(grid.forward, w.velocity, w.velocity);
-  for (int k = 0; k < nodes; ++k) {
-    const Vec3 omega = w.omega[k], l = w.l[k];
-    w.acceleration.set(k, cross(w.alpha[k], l) + cross(omega, cross(omega, l) + 2.0 * w.l1[k]) + w.l2[k]);
+  for (int p = 0; p < packs; ++p) {
+    const Triad<Pack> omega = w.omega[p], l = w.l[p];
+    w.acceleration.set(p, cross(w.alpha[p], l) + cross(omega, cross(omega, l) + 2.0 * w.l1[p]) + w.l2[p]);
   }
   integrate(grid.forward, w.acceleration, w.acceleration);
   const Vec3 weight = mass_length_2 * loads.gravity;
-  for (int k = 0; k < nodes; ++k) {
-    const Mat3 R = w.R[k];
-    const Vec3 omega = back(R, w.omega[k]);
-    w.omega_body.set(k, omega);
-    w.hdot.set(k, R * (scale(inertia, back(R, w.alpha[k])) + cross(omega, scale(inertia, omega))));
-    w.n.set(k, weight - (mass_length_2 * length) * w.acceleration[k]);
+  for (int p = 0; p < packs; ++p) {
+    const Rotation<Pack> R = w.R[p];
+    const Triad<Pack> omega = back(R, w.omega[p]);
+    w.omega_body.set(p, omega);
+    w.hdot.set(p, R * (scale(spread(inertia), back(R, w.alpha[p])) + cross(omega, scale(spread(inertia), omega))));
+    w.n.set(p, spread(weight) - (mass_length_2 * length) * w.acceleration[p]);
   }
   integrate(grid.adjoint, w.n, w.n);
-  for (int k = 0; k < nodes; ++k) {
-    const Vec3 n = w.n[k] + length * loads.tip_force;
-    w.n.set(k, n);
-    w.m.set(k, cross(w.l[k], n) - w.hdot[k]);
+  for (int p = 0; p < packs; ++p) {
+    const Triad<Pack> n = w.n[p] + spread(length * loads.tip_force);
+    w.n.set(p, n);
+    w.m.set(p, cross(w.l[p], n) - w.hdot[p]);
   }
   integrate(grid.adjoint, w.m, w.m);
-  for (int k = 0; k < nodes; ++k) {
-    const Mat3 R = w.R[k];
-    const Vec3 m = w.m[k] + loads.tip_moment;
-    w.m.set(k, m);
-    couple.set(k, back(R, m));
-    force.set(k, back(R, w.n[k]));
+  for (int p = 0; p < packs; ++p) {
+    const Rotation<Pack> R = w.R[p];
+    const Triad<Pack> m = w.m[p] + spread(loads.tip_moment);
+    w.m.set(p, m);
+    couple.set(p, back(R, m));
+    force.set(p, back(R, w.n[p]));
   }
 }
 
@@ -302,13 +195,10 @@ ROD_KERNEL void add_moments(const Quadrature& grid, int terms, const int* compon
                             const Field& force, double sign, double* r) {
   for (int a = 0; a < terms; ++a) {
     Lane weighted;
-    for (int k = 0; k < nodes; ++k) weighted[k] = sign * grid.w[k] * grid.legendre[a][k];
-    for (int p = 0; p < count; ++p) {
-      const int c = components[p];
-      const Lane& f = lane(c < 3 ? couple : force, c % 3);
-      double sum = 0.0;
-      for (int k = 0; k < nodes; ++k) sum += weighted[k] * f[k];
-      *r++ += sum;
+    for (int p = 0; p < packs; ++p) weighted.pack[p] = sign * grid.w.pack[p] * grid.legendre[a].pack[p];
+    for (int i = 0; i < count; ++i) {
+      const int c = components[i];
+      *r++ += total(weighted, lane(c < 3 ? couple : force, c % 3));
     }
   }
 }
@@ -335,10 +225,11 @@ void Rod::residual(const double* q, const double* v, const double* a, const Load
   const Quadrature& grid = quadrature();
   Strain strain;
   expand(q, strain);
-  for (int k = 0; k < nodes; ++k) {
-    strain.kappa.set(
-        k, strain.kappa[k] + length_ * Vec3{section_.reference[0], section_.reference[1], section_.reference[2]});
-    strain.lambda.set(k, strain.lambda[k] + Vec3{section_.reference[3], section_.reference[4], section_.reference[5]});
+  const Vec3 kappa_0 = length_ * Vec3{section_.reference[0], section_.reference[1], section_.reference[2]};
+  const Vec3 lambda_0{section_.reference[3], section_.reference[4], section_.reference[5]};
+  for (int p = 0; p < packs; ++p) {
+    strain.kappa.set(p, strain.kappa[p] + spread(kappa_0));
+    strain.lambda.set(p, strain.lambda[p] + spread(lambda_0));
   }
   rotations(q, work);
   displacements(strain, work);

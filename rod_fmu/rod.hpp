@@ -13,6 +13,7 @@
 
 #include "data.hpp"
 #include "field.hpp"
+#include "loads.hpp"
 #include "quadrature.hpp"
 #include "tca.hpp"
 
@@ -33,19 +34,6 @@ struct Section {
   static Section round(const Parameters& p);
 };
 
-/// What acts on the rod at one time.
-struct Loads {
-  Vec3 gravity;                  // m/s2
-  Vec3 tip_force;                // N, fixed frame
-  Vec3 tip_moment;               // N m, fixed frame
-  PerTca<double> T{};            // K
-  PerTca<double> delta_guess{};  // m
-};
-
-/// Inputs as they are `elapsed` seconds into the step, and their rates there.
-Loads loads_at(const Inputs& u, double elapsed);
-Loads load_rates_at(const Inputs& u, double elapsed);
-
 /// Scratch of one evaluation: what residual() leaves for derivatives and outputs. Never part of a state.
 struct Work {
   RotationField R;
@@ -58,7 +46,6 @@ struct Work {
   PerTca<double> delta{};                      // m
   PerTca<Tension> tension{};                   // N
   std::array<Vector, tca_count> b;             // d delta_i/dq [m]
-  Mat3 tip_R;
   std::array<double, 4> tip_quaternion{};
   bool moving = false;
 };

@@ -20,56 +20,56 @@ ROD_INLINE void vary_loads(const Quadrature& grid, const Work& w, const StrainVa
                            const Vec3& inertia, Field& couple, Field& force) {
   Field theta, omega, alpha, l, n, m;
   if constexpr (angular) {
-    for (int k = 0; k < nodes; ++k) theta.set(k, w.R[k] * d.kappa[k]);
+    for (int p = 0; p < packs; ++p) theta.set(p, w.R[p] * d.kappa[p]);
     integrate(grid.forward, theta, theta);
   }
-  for (int k = 0; k < nodes; ++k) l.set(k, cross(theta[k], w.l[k]) + w.R[k] * d.lambda[k]);
+  for (int p = 0; p < packs; ++p) l.set(p, cross(theta[p], w.l[p]) + w.R[p] * d.lambda[p]);
 
   if constexpr (moving) {
     if constexpr (angular) {
       Field k1;
-      for (int k = 0; k < nodes; ++k) k1.set(k, cross(theta[k], w.k1[k]) + w.R[k] * d.kappa1[k]);
+      for (int p = 0; p < packs; ++p) k1.set(p, cross(theta[p], w.k1[p]) + w.R[p] * d.kappa1[p]);
       integrate(grid.forward, k1, omega);
-      for (int k = 0; k < nodes; ++k)
+      for (int p = 0; p < packs; ++p)
         alpha.set(
-            k, cross(omega[k], w.k1[k]) + cross(w.omega[k], k1[k]) + cross(theta[k], w.k2[k]) + w.R[k] * d.kappa2[k]);
+            p, cross(omega[p], w.k1[p]) + cross(w.omega[p], k1[p]) + cross(theta[p], w.k2[p]) + w.R[p] * d.kappa2[p]);
       integrate(grid.forward, alpha, alpha);
     }
-    for (int k = 0; k < nodes; ++k) {
-      const Mat3 R = w.R[k];
-      const Vec3 l1 = cross(theta[k], w.l1[k]) + R * d.lambda1[k];
-      const Vec3 l2 = cross(theta[k], w.l2[k]) + R * d.lambda2[k];
-      const Vec3 swing = cross(w.omega[k], w.l[k]) + 2.0 * w.l1[k];
-      const Vec3 d_swing = cross(omega[k], w.l[k]) + cross(w.omega[k], l[k]) + 2.0 * l1;
-      n.set(k, cross(alpha[k], w.l[k]) + cross(w.alpha[k], l[k]) + cross(omega[k], swing) + cross(w.omega[k], d_swing) +
+    for (int p = 0; p < packs; ++p) {
+      const Rotation<Pack> R = w.R[p];
+      const Triad<Pack> l1 = cross(theta[p], w.l1[p]) + R * d.lambda1[p];
+      const Triad<Pack> l2 = cross(theta[p], w.l2[p]) + R * d.lambda2[p];
+      const Triad<Pack> swing = cross(w.omega[p], w.l[p]) + 2.0 * w.l1[p];
+      const Triad<Pack> d_swing = cross(omega[p], w.l[p]) + cross(w.omega[p], l[p]) + 2.0 * l1;
+      n.set(p, cross(alpha[p], w.l[p]) + cross(w.alpha[p], l[p]) + cross(omega[p], swing) + cross(w.omega[p], d_swing) +
                    l2);
     }
     integrate(grid.forward, n, n);
-    for (int k = 0; k < nodes; ++k) n.set(k, -mass_length_3 * n[k]);
+    for (int p = 0; p < packs; ++p) n.set(p, -mass_length_3 * n[p]);
     integrate(grid.adjoint, n, n);
   }
 
-  for (int k = 0; k < nodes; ++k) {
-    Vec3 couple_density = cross(l[k], w.n[k]);
+  for (int p = 0; p < packs; ++p) {
+    Triad<Pack> couple_density = cross(l[p], w.n[p]);
     if constexpr (moving) {
-      couple_density = couple_density + cross(w.l[k], n[k]);
+      couple_density = couple_density + cross(w.l[p], n[p]);
       if constexpr (angular) {
-        const Mat3 R = w.R[k];
-        const Vec3 body = w.omega_body[k];
-        const Vec3 d_body = back(R, omega[k] - cross(theta[k], w.omega[k]));
-        const Vec3 d_alpha = back(R, alpha[k] - cross(theta[k], w.alpha[k]));
-        const Vec3 d_h =
-            scale(inertia, d_alpha) + cross(d_body, scale(inertia, body)) + cross(body, scale(inertia, d_body));
-        couple_density = couple_density - cross(theta[k], w.hdot[k]) - R * d_h;
+        const Rotation<Pack> R = w.R[p];
+        const Triad<Pack> body = w.omega_body[p];
+        const Triad<Pack> d_body = back(R, omega[p] - cross(theta[p], w.omega[p]));
+        const Triad<Pack> d_alpha = back(R, alpha[p] - cross(theta[p], w.alpha[p]));
+        const Triad<Pack> d_h = scale(spread(inertia), d_alpha) + cross(d_body, scale(spread(inertia), body)) +
+                                cross(body, scale(spread(inertia), d_body));
+        couple_density = couple_density - cross(theta[p], w.hdot[p]) - R * d_h;
       }
     }
-    m.set(k, couple_density);
+    m.set(p, couple_density);
   }
   integrate(grid.adjoint, m, m);
-  for (int k = 0; k < nodes; ++k) {
-    const Mat3 R = w.R[k];
-    couple.set(k, back(R, m[k] - cross(theta[k], w.m[k])));
-    force.set(k, back(R, n[k] - cross(theta[k], w.n[k])));
+  for (int p = 0; p < packs; ++p) {
+    const Rotation<Pack> R = w.R[p];
+    couple.set(p, back(R, m[p] - cross(theta[p], w.m[p])));
+    force.set(p, back(R, n[p] - cross(theta[p], w.n[p])));
   }
 }
 
@@ -93,12 +93,12 @@ ROD_KERNEL void vary_static_linear(const Quadrature& grid, const Work& w, const 
 /// Subtracts N [r x dt; dt] L with dt = (1 - t t^T) du/|u|: a pull keeps its size but follows the TCA's direction.
 ROD_KERNEL void vary_direction(const Field& kappa, const Field& lambda, const Field& offset, const Field& t,
                                const Lane& inverse_length, double pull, Field& couple, Field& force) {
-  for (int k = 0; k < nodes; ++k) {
-    const Vec3 du = lambda[k] + cross(kappa[k], offset[k]);
-    const Vec3 along = t[k];
-    const Vec3 dt = (pull * inverse_length[k]) * (du - dot(along, du) * along);
-    couple.set(k, couple[k] - cross(offset[k], dt));
-    force.set(k, force[k] - dt);
+  for (int p = 0; p < packs; ++p) {
+    const Triad<Pack> du = lambda[p] + cross(kappa[p], offset[p]);
+    const Triad<Pack> along = t[p];
+    const Triad<Pack> dt = (pull * inverse_length.pack[p]) * (du - dot(along, du) * along);
+    couple.set(p, couple[p] - cross(offset[p], dt));
+    force.set(p, force[p] - dt);
   }
 }
 
@@ -119,17 +119,17 @@ void Rod::tangent(const Work& work, const Weights& weights, Matrix& J) const {
   Variation d;
   Field couple, force;
   for (int a = 0; a < terms_; ++a)
-    for (int p = 0; p < count; ++p) {
-      const int c = components_[p], column = a * count + p;
+    for (int i = 0; i < count; ++i) {
+      const int c = components_[i], column = a * count + i;
       const auto set = [&](Strain& strain, double weight) {
         Lane& out = lane(c < 3 ? strain.kappa : strain.lambda, c % 3);
-        for (int k = 0; k < nodes; ++k) out[k] = weight * grid.legendre[a][k];
+        for (int p = 0; p < packs; ++p) out.pack[p] = weight * grid.legendre[a].pack[p];
       };
       set(d.q, weights.q), set(d.v, weights.v), set(d.a, weights.a);
       vary(work, d, c < 3, couple, force);
-      for (std::size_t i = 0; i < tca_count; ++i)
-        vary_direction(d.q.kappa, d.q.lambda, offset_[i], work.t[i], work.inverse_length[i],
-                       length_ * work.tension[i].value, couple, force);
+      for (std::size_t t = 0; t < tca_count; ++t)
+        vary_direction(d.q.kappa, d.q.lambda, offset_[t], work.t[t], work.inverse_length[t],
+                       length_ * work.tension[t].value, couple, force);
       project(couple, force, -1.0, J.data() + column * n);
       set(d.q, 0.0), set(d.v, 0.0), set(d.a, 0.0);
     }
@@ -155,13 +155,13 @@ void Rod::load_derivative(const Work& work, const Loads& loads, const Loads& rat
   const Quadrature& grid = quadrature();
   const Vec3 weight = (section_.mass * length_ * length_) * rates.gravity;
   Field m;
-  for (int k = 0; k < nodes; ++k) {
-    const Vec3 n = length_ * rates.tip_force + (1.0 - grid.s[k]) * weight;
-    force.set(k, back(work.R[k], n));
-    m.set(k, cross(work.l[k], n));
+  for (int p = 0; p < packs; ++p) {
+    const Triad<Pack> n = spread(length_ * rates.tip_force) + (1.0 - grid.s.pack[p]) * spread(weight);
+    force.set(p, back(work.R[p], n));
+    m.set(p, cross(work.l[p], n));
   }
   integrate(grid.adjoint, m, m);
-  for (int k = 0; k < nodes; ++k) couple.set(k, back(work.R[k], m[k] + rates.tip_moment));
+  for (int p = 0; p < packs; ++p) couple.set(p, back(work.R[p], m[p] + spread(rates.tip_moment)));
   project(couple, force, -1.0, dr.data());
   for (std::size_t i = 0; i < tca_count; ++i) {
     const Tension guessed = law_.tension(loads.delta_guess[i], loads.T[i]);
