@@ -1,0 +1,32 @@
+// The heat problem after discretisation in space by spectral elements (Gauss-Lobatto-Legendre nodes, order p):
+//     mass T' = -stiffness T + sum_i mean_i P_i + surface T_ambient,
+// all for the body's length. The source of TCA i is spread evenly over its annulus, so its load is the vector that takes
+// the annulus' mean: T_i = mean_i' T. The surface's load takes its mean too: T_surface = surface' T / (h times its area).
+#pragma once
+
+#include <Eigen/SparseCore>
+#include <vector>
+
+#include "cross_section.hpp"
+
+namespace thermal {
+
+inline constexpr int kChannels = static_cast<int>(kTcas) + 1;  // a power for each TCA, then the surroundings
+
+struct HeatMatrices {
+  Eigen::VectorXd mass;                   // diagonal [J/K]
+  Eigen::SparseMatrix<double> stiffness;  // with the convection [W/K]; both triangles
+  Eigen::MatrixXd loads;                  // columns mean_1 .. mean_N [1], surface [W/K]
+  double surface_conductance = 0.0;       // h times the surface's area, the sum of `surface` [W/K]
+  std::vector<int> probes;                // nodes of the TCAs and of the surface, where T_max is looked for
+
+  Eigen::Index size() const { return mass.size(); }
+};
+
+/// Order of the elements that keeps the error of T_i below tolerance times the steady rise.
+int element_order(double tolerance);
+
+/// Throws std::invalid_argument where cross_section would, or when a patch is folded.
+HeatMatrices heat_matrices(const Parameters& parameters, int order);
+
+}  // namespace thermal
