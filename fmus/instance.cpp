@@ -203,7 +203,7 @@ void Instance::check_step(double t, double h) const {
   // Hosts sum their steps in different ways: the rounding of every step so far may have piled up in either clock.
   const double steps = static_cast<double>(progress_.steps + 1);
   const double rounding = kRounding * steps * std::max({std::abs(progress_.time), std::abs(t), h});
-  if (!(std::abs(t - progress_.time) <= rounding))
+  if (!std::isfinite(t) || std::abs(t - progress_.time) > rounding)
     throw Error("communication point " + text(t) + " s, but this instance is at " + text(progress_.time) +
                 " s; step from there or restore a state of that time");
   if (t + h > progress_.stop + kRounding * steps * std::max(std::abs(progress_.stop), h))

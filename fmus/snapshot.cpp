@@ -118,7 +118,9 @@ Snapshot deserialise(const Blueprint& blueprint, std::span<const std::byte> byte
   Snapshot snapshot;
   snapshot.data.assign(data.begin(), data.end());
   Progress& progress = snapshot.progress;
-  progress.mode = static_cast<Mode>(reader.word());
+  const Word mode = reader.word();
+  if (mode >= kModeNames.size()) throw Error("the serialised state claims to be in state " + std::to_string(mode));
+  progress.mode = static_cast<Mode>(mode);
   progress.is_initialised = reader.word() != 0;
   progress.time = reader.number();
   progress.stop = reader.number();

@@ -1,0 +1,68 @@
+// Units from their spelling, and modelDescription.xml. That it satisfies the standard is tested with FMPy in Python.
+#include <gtest/gtest.h>
+
+#include "description.hpp"
+#include "units.hpp"
+
+namespace fmu {
+namespace {
+
+TEST(Units, AreReadFromTheirSpelling) {
+  //                                         kg  m   s   A   K  mol cd rad
+  EXPECT_EQ(base_unit("1"), (BaseUnit{0, 0, 0, 0, 0, 0, 0, 0}));
+  EXPECT_EQ(base_unit("K"), (BaseUnit{0, 0, 0, 0, 1, 0, 0, 0}));
+  EXPECT_EQ(base_unit("1/K"), (BaseUnit{0, 0, 0, 0, -1, 0, 0, 0}));
+  EXPECT_EQ(base_unit("m/s2"), (BaseUnit{0, 1, -2, 0, 0, 0, 0, 0}));
+  EXPECT_EQ(base_unit("N.m"), (BaseUnit{1, 2, -2, 0, 0, 0, 0, 0}));
+  EXPECT_EQ(base_unit("W/(m.K)"), (BaseUnit{1, 1, -3, 0, -1, 0, 0, 0}));
+  EXPECT_EQ(base_unit("W/(m2.K)"), (BaseUnit{1, 0, -3, 0, -1, 0, 0, 0}));
+  EXPECT_EQ(base_unit("J/(m3.K)"), (BaseUnit{1, -1, -2, 0, -1, 0, 0, 0}));
+  EXPECT_EQ(base_unit("ohm"), (BaseUnit{1, 2, -3, -2, 0, 0, 0, 0}));
+  EXPECT_EQ(base_unit("rad/m"), (BaseUnit{0, -1, 0, 0, 0, 0, 0, 1}));
+}
+
+TEST(Units, ThatCannotBeReadAreNamed) {
+  for (const char* bad : {"", "furlong", "m/", "m.", "m/(s", "m/s/s", "m22"}) {
+    try {
+      base_unit(bad);
+      FAIL() << bad;
+    } catch (const Error& error) {
+      EXPECT_NE(std::string(error.what()).find("unit '" + std::string(bad) + "'"), std::string::npos);
+    }
+  }
+}
+
+class Description : public testing::Test {
+ protected:
+  bool has(const std::string& text) const { return xml.find(text) != std::string::npos; }
+  const Blueprint& blueprint = Blueprint::get();
+  std::string xml = model_description(blueprint);
+};
+
+TEST_F(Description, EscapesWhatXmlReserves) {
+  EXPECT_TRUE(has("description=\"Chain of masses &amp; springs, to try the &quot;runtime&quot; with\""));
+  EXPECT_TRUE(has("description=\"Mass of each body, 0.1 &lt; m\""));
+}
+
+TEST_F(Description, SaysWhatARowSays) {
+  EXPECT_TRUE(has("<Real unit=\"kg\" min=\"0.1\" max=\"10\" start=\"1\"/>"));
+  EXPECT_TRUE(has("<Enumeration declaredType=\"scheme\" min=\"1\" max=\"2\" start=\"2\"/>"));
+  EXPECT_TRUE(has("<Item name=\"midpoint\" value=\"1\"/>"));
+  EXPECT_TRUE(has("causality=\"parameter\" variability=\"tunable\" initial=\"exact\""));
+  EXPECT_TRUE(has("<Boolean start=\"false\"/>"));
+  EXPECT_TRUE(has("<Unit name=\"N.s/m\">\n      <BaseUnit kg=\"1\" s=\"-1\"/>"));
+}
+
+TEST_F(Description, DeclaresExactDependencies) {
+  // x and v are functions of the state; reading sees bias (row 11) at once.
+  EXPECT_TRUE(has("<Unknown index=\"12\" dependencies=\"\"/>"));
+  EXPECT_TRUE(has("<Unknown index=\"14\" dependencies=\"11\"/>"));
+}
+
+TEST_F(Description, IsNamedByItsGuid) {
+  EXPECT_TRUE(has("guid=\"" + blueprint.guid + "\""));
+  EXPECT_EQ(blueprint.guid.size(), 38u);
+}
+
+}  // namespace
+}  // namespace fmu
