@@ -1,0 +1,138 @@
+"""An FMU file: its variables as the XML declares them, and its binary, extracted once into a folder that is removed
+again."""
+
+from __future__ import annotations
+
+import difflib
+import math
+import tempfile
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import fmpy
+from fmpy.model_description import ModelDescription, ModelVariable, read_model_description
+
+from .errors import SceneError
+
+__all__ = ["Archive", "Variable", "find_fmu", "similar"]
+
+
+@dataclass(frozen=True)
+class Variable:
+    """One row of modelDescription.xml; everything in the variable's own unit."""
+
+    name: str
+    reference: int
+    type: str  # Real, Integer, Boolean, Enumeration, String
+    causality: str
+    variability: str
+    description: str
+    unit: str
+    dimension: Mapping[str, int] = field(repr=False)  # exponents of SI base units, {} where unknown or 1
+    nominal: float = 1.0
+    least: float = -math.inf
+    most: float = math.inf
+    start: float | int | bool | str | None = None
+    items: tuple[str, ...] = ()  # of an enumeration; item k has the value k + 1
+
+
+class Archive:
+    """path: the .fmu file. Use as a context manager, or close()."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        try:
+            # The schema is checked by whoever makes the FMU; a scene needs only what is read below.
+            self.description: ModelDescription = read_model_description(str(path), validate=False)
+        except Exception as error:
+            raise SceneError(f"{path}: not a readable FMU ({error})") from error
+        if self.description.fmiMajorVersion != 2 or self.description.coSimulation is None:
+            raise SceneError(
+                f"{path}: FMI {self.description.fmiVersion}, or no co-simulation; export it as FMI 2.0 co-simulation"
+            )
+        dimensions = {unit.name: _dimension(unit.baseUnit) for unit in self.description.unitDefinitions}
+        self.variables = {v.name: _variable(v, dimensions) for v in self.description.modelVariables}
+        self._folder: tempfile.TemporaryDirectory[str] | None = None
+
+    @property
+    def guid(self) -> str:
+        return self.description.guid
+
+    @cached_property
+    def vectors(self) -> dict[str, tuple[str, ...]]:
+        """Base name -> names of its elements in order, for structured names such as T[1], shape.p[2,3]."""
+        found: dict[str, list[str]] = {}
+        for name in self.variables:
+            if name.endswith("]"):
+                found.setdefault(name[: name.rindex("[")], []).append(name)
+        return {base: tuple(names) for base, names in found.items()}
+
+    def extract(self) -> Path:
+        """The folder with the unpacked FMU."""
+        if self._folder is None:
+            self._folder = tempfile.TemporaryDirectory(prefix=f"{self.path.stem}-")
+            fmpy.extract(str(self.path), unzipdir=self._folder.name)
+        return Path(self._folder.name)
+
+    def close(self) -> None:
+        if self._folder is not None:
+            self._folder.cleanup()
+            self._folder = None
+
+    def __enter__(self) -> Archive:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+def find_fmu(name: str, near: Path | None = None) -> Path:
+    """The file of an FMU: a path (relative ones from the folder `near`), or the name of one that comes with this
+    package."""
+    shipped = [Path(str(resources.files(__package__))) / "_fmus", Path(__file__).parent.parent / "fmus"]
+    places = [near or Path.cwd(), *shipped]
+    for place in places:
+        if (place / name).is_file():
+            return (place / name).resolve()
+    there = [file.name for place in places if place.is_dir() for file in place.glob("*.fmu")]
+    hint = "run `make fmus` to build thermal.fmu and rod.fmu" if not there else similar(name, there)
+    raise SceneError(f"no FMU {name!r} in {', '.join(str(place) for place in places)}; {hint}")
+
+
+def similar(word: str, known: list[str] | tuple[str, ...]) -> str:
+    """A remedy for a word that is not known."""
+    close = difflib.get_close_matches(word, known, n=1)
+    return f"did you mean {close[0]!r}?" if close else f"allowed: {', '.join(sorted(known))}"
+
+
+def _dimension(base: Any) -> dict[str, int]:
+    if base is None:
+        return {}
+    return {unit: getattr(base, unit) for unit in ("kg", "m", "s", "A", "K", "mol", "cd", "rad") if getattr(base, unit)}
+
+
+def _variable(v: ModelVariable, dimensions: Mapping[str, Mapping[str, int]]) -> Variable:
+    def attribute(name: str) -> str | None:
+        own = getattr(v, name, None)
+        return own if own is not None or v.declaredType is None else getattr(v.declaredType, name, None)
+
+    read = {"Real": float, "Integer": int, "Enumeration": int, "Boolean": lambda s: s in ("true", "1")}.get(v.type, str)
+    return Variable(
+        name=v.name,
+        reference=v.valueReference,
+        type=v.type,
+        causality=v.causality,
+        variability=v.variability,
+        description=v.description or "",
+        unit=attribute("unit") or "1",
+        dimension=dimensions.get(attribute("unit"), {}),
+        nominal=float(attribute("nominal") or 1.0),
+        least=float(attribute("min") or -math.inf),
+        most=float(attribute("max") or math.inf),
+        start=None if v.start is None else read(v.start),
+        items=tuple(item.name for item in v.declaredType.items) if v.declaredType else (),
+    )

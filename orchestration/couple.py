@@ -1,0 +1,126 @@
+"""One loop over one macro step: guess the end values of what is torn, sweep, compare, until the estimated error is
+small."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from .errors import SubsystemError
+from .exchange import METHODS, Exchange, Sample
+from .failure import StepError
+from .iteration import Method, Outcome, Trace, solve
+from .network import Circuit, Node
+
+__all__ = ["Settings", "couple", "step_node"]
+
+
+@dataclass(frozen=True)
+class Settings:
+    """method None: explicit coupling, one sweep. tolerance: of the coupling error, share of the nominals."""
+
+    exchange: Exchange
+    waveform: Exchange
+    method: Method | None
+    tolerance: float = 1e-6
+    max_sweeps: int = 30
+    halvings: int = 6
+
+
+def step_node(node: Node, time: float, length: float, exchange: Exchange) -> None:
+    """Forward inputs, then the subsystem's own step; torn and external inputs are set already. Raises SubsystemError."""
+    for link in node.forward:
+        source = link.source
+        node.inputs[:, link.targets] = exchange.fit((*source.samples, source.now), time)[:, link.columns]
+    node.subsystem.set_inputs(node.inputs)
+    node.subsystem.step(time, length)
+    node.now = node.sample(time + length)
+
+
+def couple(
+    circuit: Circuit, time: float, length: float, settings: Settings, trace: Trace, restore: Callable[[Circuit], None]
+) -> Outcome:
+    """The loop's nodes are at `time`; restore sets them back there. Raises StepError with the residuals and gain
+    found."""
+    x = _predict(circuit, time, length, settings)
+    if settings.method is None:
+        _tear(circuit, time, settings.waveform, {})
+        residual = (_sweep(circuit, time, length, settings) - x) / circuit.scale
+        norm = float(np.abs(residual).max())
+        return Outcome(x, True, norm, (norm,))
+    fresh = True
+
+    def around(x: np.ndarray) -> np.ndarray:
+        nonlocal fresh
+        if not fresh:
+            restore(circuit)
+        fresh = False
+        _tear(circuit, time, settings.waveform, _ends(circuit, x, time, length, settings.waveform))
+        return _sweep(circuit, time, length, settings)
+
+    cause, reached = "the iteration does not converge", None
+    try:
+        outcome = solve(around, x, circuit.scale, settings.method, trace, settings.tolerance, settings.max_sweeps)
+        if outcome.converged:
+            return outcome
+    except SubsystemError as failure:
+        cause, reached = str(failure), failure.reached
+    residuals = tuple(float(np.abs(r).max()) for r in trace.r)
+    if len(residuals) > 1 and residuals[-1] > residuals[0]:
+        cause = "the iteration diverges" + (f", until {cause}" if reached is not None else "")
+    raise StepError(cause, residuals, trace.secants.gain, reached)
+
+
+def _sweep(circuit: Circuit, time: float, length: float, settings: Settings) -> np.ndarray:
+    """Steps every node once; returns what the unknowns became."""
+    parts = []
+    for node in circuit.nodes:
+        step_node(node, time, length, settings.exchange)
+    for node, columns, _ in circuit.unknowns:
+        parts.append(node.now.values[columns])
+        if settings.waveform.slopes:
+            parts.append(length * node.now.rates[columns])
+    return parts[0] if len(parts) == 1 else np.concatenate(parts)
+
+
+def _tear(circuit: Circuit, time: float, waveform: Exchange, ends: dict[Node, Sample]) -> None:
+    """Torn inputs: through the guessed end value, or from the past alone."""
+    polynomials = {
+        node: waveform.fit((*node.samples, ends[node]) if ends else node.samples, time) for node, *_ in circuit.unknowns
+    }
+    for node in circuit.nodes:
+        for link in node.torn:
+            node.inputs[:, link.targets] = polynomials[link.source][:, link.columns]
+
+
+def _ends(circuit: Circuit, x: np.ndarray, time: float, length: float, waveform: Exchange) -> dict[Node, Sample]:
+    """The guessed samples at the end of the step; the unknowns are end values, and slopes times length where a
+    waveform has them."""
+    ends, place = {}, 0
+    for node, columns, _ in circuit.unknowns:
+        n = columns.size
+        values = node.samples[-1].values.copy()
+        values[columns] = x[place : place + n]
+        place += n
+        rates = None
+        if waveform.slopes:
+            rates = node.samples[-1].rates.copy()
+            rates[columns] = x[place : place + n] / length
+            place += n
+        ends[node] = Sample(time + length, values, rates)
+    return ends
+
+
+def _predict(circuit: Circuit, time: float, length: float, settings: Settings) -> np.ndarray:
+    """First guess of the unknowns: the parabola through the newest samples carried on. Without iteration it is what
+    the waveform makes of the past, so that the residual tells how wrong that was."""
+    fit = METHODS["quadratic"].fit if settings.method else settings.waveform.fit
+    parts = []
+    for node, columns, _ in circuit.unknowns:
+        c = fit(node.samples, time)[:, columns]
+        parts.append(c[0] + length * (c[1] + length * (c[2] / 2.0 + length * c[3] / 6.0)))
+        if settings.waveform.slopes:
+            parts.append(length * (c[1] + length * (c[2] + length * c[3] / 2.0)))
+    return parts[0] if len(parts) == 1 else np.concatenate(parts)

@@ -1,0 +1,55 @@
+"""From the start to the stop time: events hit exactly, failed steps halved and retried, then a clear end."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Iterator
+
+from .failure import StepError, give_up
+from .master import Master, StepLog
+from .stepping import Control
+
+__all__ = ["drive"]
+
+SLIVER = 1e-9  # share of a step below which two times are the same
+
+
+def drive(
+    master: Master,
+    control: Control,
+    start: float,
+    stop: float,
+    breaks: Iterable[float] = (),
+    progress: Callable[[float], None] = lambda time: None,
+) -> Iterator[StepLog]:
+    """Yields the log of every accepted macro step. breaks: times [s] at which an input jumps or bends. The master is
+    initialised. Raises CouplingError, SubsystemError; what was yielded before stays valid."""
+    time, wish, cap, failures = start, control.step, math.inf, 0
+    for number, place in enumerate(sorted({t for t in breaks if start < t < stop} | {stop})):
+        if number:
+            master.arrive(time)
+        while time < place:
+            remaining = place - time
+            length = remaining / max(1, math.ceil(remaining / min(wish, cap) - SLIVER))
+            try:
+                taken = control.take(master, time, length)
+            except StepError as failure:
+                failures += 1
+                if failures > master.settings.halvings:
+                    raise give_up(time, length, failure) from failure
+                cap = _shorter(time, length, failure.reached)
+                continue
+            yield from taken.steps
+            wish = taken.following
+            if taken.steps:
+                failures, cap = 0, 2.0 * cap
+                time = taken.steps[-1].time
+                if abs(place - time) <= SLIVER * length:
+                    time = place
+                progress(time)
+
+
+def _shorter(time: float, length: float, reached: float | None) -> float:
+    """As far as a subsystem came, if that is worth a step, else half."""
+    came = 0.0 if reached is None else reached - time
+    return came if length / 64.0 < came < length else 0.5 * length

@@ -1,0 +1,46 @@
+"""What can go wrong, as three exceptions that share one base. Every text says what, where, the likely cause and the
+remedy."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+__all__ = ["CosimError", "CouplingError", "SceneError", "SubsystemError"]
+
+
+class CosimError(Exception):
+    """Base of all errors that a user can mend."""
+
+
+class SceneError(CosimError):
+    """A scene, parameter set or override that cannot be run as written."""
+
+
+class SubsystemError(CosimError):
+    """A subsystem refused a value or a step; carries what it logged. reached: where a smaller step may help, the time
+    to which it came [s]."""
+
+    def __init__(self, text: str, reached: float | None = None) -> None:
+        super().__init__(text)
+        self.reached = reached
+
+
+@dataclass
+class CouplingError(CosimError):
+    """The master gave up on a macro step."""
+
+    time: float  # start of the macro step [s]
+    step: float  # its last length tried [s]
+    sweeps: int  # sweeps of the last try
+    residuals: tuple[float, ...]  # norm after each of them, in units of the nominals
+    gain: float  # estimated spectral radius of one sweep's error map; nan if never estimated
+    cause: str
+    remedy: str
+
+    def __str__(self) -> str:
+        shown = ", ".join(f"{value:.3g}" for value in self.residuals[-6:])
+        return (
+            f"coupling failed at t = {self.time:.6g} s with macro step {self.step:.3g} s, "
+            f"iteration {self.sweeps}: {self.cause}. "
+            f"Last residuals (of nominal): {shown or 'none'}. Estimated loop gain {self.gain:.3g}. {self.remedy}"
+        )

@@ -1,0 +1,79 @@
+"""Solving x = G(x) for the interface vector x, where one G is one sweep over the subsystems of a loop.
+
+Every method is a small frozen value with one function, update(trace) -> change of x. This file drives them and
+decides when to stop: on the estimated true error e = (I - S)^-1 r of the guess and e - r of what the sweep gave, not
+on the residual, which for a loop gain -g is g + 1 times the error."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from .aitken import Aitken
+from .broyden import Broyden
+from .iqn import IQN
+from .newton import Newton
+from .plain import Plain
+from .relaxed import Relaxed
+from .secants import Secants, spectral_radius
+from .trace import Method, Trace
+
+__all__ = ["METHODS", "Method", "Outcome", "Secants", "Trace", "solve", "spectral_radius"]
+
+METHODS: dict[str, type] = {
+    "plain": Plain,
+    "relaxed": Relaxed,
+    "aitken": Aitken,
+    "iqn": IQN,
+    "broyden": Broyden,
+    "newton": Newton,
+}
+
+HOPELESS = 1e6  # growth of the residual beyond which more sweeps are a waste
+BLIND = 1e-3  # share of the tolerance that a residual must meet before any secant tells the loop's gain
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """x: the last guess, which the subsystems now hold; error: estimated largest error, in units of the nominals."""
+
+    x: np.ndarray
+    converged: bool
+    error: float
+    residuals: tuple[float, ...]
+
+
+def solve(
+    sweep: Callable[[np.ndarray], np.ndarray],
+    x: np.ndarray,
+    scale: np.ndarray,
+    method: Method,
+    trace: Trace,
+    tolerance: float,
+    limit: int,
+) -> Outcome:
+    """Iterates from x (n,) until the estimated error is within tolerance * scale, for at most `limit` sweeps."""
+    trace.renew()
+    residuals: list[float] = []
+    error = np.inf
+    while True:
+        r = (sweep(x) - x) / scale
+        norm = float(np.abs(r).max())
+        residuals.append(norm)
+        if not norm < np.inf:  # nan or infinite
+            return Outcome(x, False, np.inf, tuple(residuals))
+        trace.x.append(x / scale)
+        trace.r.append(r)
+        if len(trace.r) > 1:
+            dx = trace.x[-1] - trace.x[-2]
+            if np.abs(dx).max() > 0.01 * tolerance:  # smaller differences are noise of the subsystems' solvers
+                trace.secants.add(dx, r - trace.r[-2])
+        e = trace.secants.error(r)
+        error = float(max(np.abs(e).max(), np.abs(e - r).max()))
+        if error <= (tolerance if trace.secants.columns else BLIND * tolerance):
+            return Outcome(x, True, error, tuple(residuals))
+        if len(residuals) >= limit or norm > HOPELESS * residuals[0] + HOPELESS * tolerance:
+            return Outcome(x, False, error, tuple(residuals))
+        x = x + scale * method.update(trace)

@@ -1,0 +1,151 @@
+"""The master: macro steps with rollback over subsystems behind one protocol.
+
+A macro step saves every subsystem once, steps what lies before a loop once, and iterates each loop: restore, set
+inputs as polynomials in time, step in Gauss-Seidel order, compare. How quantities travel (exchange), how a loop is
+solved (iteration) and how long steps are (stepping) are independent choices, given as values."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from . import settle
+from .couple import Settings, couple, step_node
+from .errors import SubsystemError
+from .exchange import Sample
+from .failure import StepError
+from .iteration import Outcome, Trace
+from .network import Circuit, Node
+
+__all__ = ["Checkpoint", "Master", "Settings", "StepLog"]
+
+
+@dataclass(frozen=True)
+class StepLog:
+    """What one accepted macro step was like. residual and error are shares of the nominals; inverse is the estimate
+    of (I - S)^-1 of the last loop, whose gain is iteration.spectral_radius(inverse), None while nothing is known of
+    it."""
+
+    time: float  # end of the step [s]
+    step: float  # [s]
+    sweeps: int  # of the loop that took most
+    residual: float  # the largest of all loops
+    error: float  # estimated, the largest of all loops
+    inverse: np.ndarray | None
+    record: Any  # what the observer returned
+
+
+@dataclass(eq=False)
+class Checkpoint:
+    """A place to come back to; its state handles are reused when saved again."""
+
+    handles: dict[Node, Any]
+    samples: dict[Node, tuple[Sample, ...]]
+
+
+class Master:
+    """circuits: from network.assemble; observe: called after every macro step, its result goes into the log."""
+
+    def __init__(
+        self, circuits: Sequence[Circuit], settings: Settings, observe: Callable[[], Any] = lambda: None
+    ) -> None:
+        self.circuits = tuple(circuits)
+        self.nodes = tuple(node for circuit in circuits for node in circuit.nodes)
+        self.settings = settings
+        self.observe = observe
+        self._traces = {circuit: Trace(circuit.scale.size) for circuit in circuits}
+        self._start = self.place()
+        for circuit in circuits:
+            rigid = [node.subsystem.name for node in circuit.nodes if not node.subsystem.can_rollback]
+            if rigid and circuit.unknowns and settings.method is not None:
+                raise SubsystemError(
+                    f"{', '.join(rigid)} cannot save and restore state, so the loop cannot be iterated; "
+                    "ask for explicit coupling with coupling.method = 'none'"
+                )
+
+    def initialise(self, time: float) -> None:
+        """Consistent values at the start, end of initialisation. Raises CouplingError, SubsystemError."""
+        for circuit in self.circuits:
+            settle.at_start(circuit, time, self.settings.tolerance, self.settings.max_sweeps)
+        for node in self.nodes:
+            node.subsystem.begin()
+        self.arrive(time)
+
+    def arrive(self, time: float) -> None:
+        """Behind an event: forgets what was before. Raises CouplingError, SubsystemError."""
+        for circuit in self.circuits:
+            settle.behind_event(circuit, time, self.settings.tolerance, self.settings.max_sweeps)
+
+    def advance(self, time: float, length: float) -> StepLog:
+        """One coupled macro step [s]. Raises StepError with everything as it was."""
+        self.save(self._start)
+        outcomes: list[Outcome] = []
+        inverse = None
+        try:
+            for circuit in self.circuits:
+                for node in circuit.nodes:
+                    for column, signal in node.signals:
+                        node.inputs[:, column] = signal.polynomial(time, length)
+                if not circuit.unknowns:
+                    step_node(circuit.nodes[0], time, length, self.settings.exchange)
+                    continue
+                trace = self._traces[circuit]
+                outcomes.append(couple(circuit, time, length, self.settings, trace, self._restore))
+                inverse = trace.secants.inverse if trace.secants.columns else None
+        except (SubsystemError, StepError) as failure:
+            self.rewind(self._start)
+            self._traces[circuit] = Trace(circuit.scale.size)  # what divergence taught misleads
+            if isinstance(failure, StepError):
+                raise
+            raise StepError(str(failure), reached=failure.reached) from failure
+        for node in self.nodes:
+            node.samples = (*node.samples[-2:], node.now)
+        return StepLog(
+            time=time + length,
+            step=length,
+            sweeps=max((len(o.residuals) for o in outcomes), default=1),
+            residual=max((o.residuals[-1] for o in outcomes), default=0.0),
+            error=max((o.error for o in outcomes), default=0.0),
+            inverse=inverse,
+            record=self.observe(),
+        )
+
+    def outputs(self) -> np.ndarray:
+        """All wired outputs at the present time, of all nodes in order."""
+        return np.concatenate([node.samples[-1].values for node in self.nodes])
+
+    def nominals(self) -> np.ndarray:
+        """Of outputs(), in the same order."""
+        return np.array([port.nominal for node in self.nodes for port in node.subsystem.outputs])
+
+    def place(self) -> Checkpoint:
+        return Checkpoint({}, {})
+
+    def save(self, place: Checkpoint) -> None:
+        for node in self.nodes:
+            if node.subsystem.can_rollback:
+                place.handles[node] = node.subsystem.save(place.handles.get(node))
+            place.samples[node] = node.samples
+
+    def rewind(self, place: Checkpoint) -> None:
+        """Raises SubsystemError where a subsystem cannot go back."""
+        for node in self.nodes:
+            if node not in place.handles:
+                raise SubsystemError(
+                    f"a macro step failed and {node.subsystem.name} cannot be set back to its start; "
+                    "make coupling.macro_step smaller"
+                )
+            node.subsystem.restore(place.handles[node])
+            node.samples = place.samples[node]
+
+    def release(self, place: Checkpoint) -> None:
+        for node, handle in place.handles.items():
+            node.subsystem.free(handle)
+        place.handles.clear()
+
+    def _restore(self, circuit: Circuit) -> None:
+        for node in circuit.nodes:
+            node.subsystem.restore(self._start.handles[node])

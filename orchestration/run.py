@@ -1,0 +1,81 @@
+"""A scene, run: FMUs loaded, wired, driven to the stop time, and what they gave collected."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable
+from dataclasses import fields
+
+import xarray as xr
+
+from . import exchange, iteration, results
+from .archive import Variable
+from .drive import drive
+from .errors import CosimError
+from .master import Master, Settings
+from .network import assemble
+from .scene import Coupling, Member, Scene
+from .slave import Slave
+from .stepping import Control, Doubling, Fixed
+
+__all__ = ["run"]
+
+
+def run(scene: Scene, progress: Callable[[float], None] = lambda time: None) -> xr.Dataset:
+    """The result (results.collect). Raises SubsystemError and CouplingError; what had been computed by then is the
+    error's attribute `partial`, with status saying why it ended."""
+    with contextlib.ExitStack() as stack:
+        slaves = [stack.enter_context(contextlib.closing(_slave(scene, member))) for member in scene.members]
+        recorded = {m.name: _recorded(m) for m in scene.members}
+        signals = {m.name: m.signals for m in scene.members}
+        settings = _settings(scene.coupling)
+        jacobi = scene.coupling.schedule == "jacobi"
+        circuits = assemble(slaves, scene.connections, signals, settings.exchange, settings.waveform, jacobi)
+        master = Master(circuits, settings, lambda: {slave.name: slave.record() for slave in slaves})
+        master.initialise(0.0)
+        first, logs = master.observe(), []
+        breaks = [t for m in scene.members for signal in m.signals.values() for t in signal.breaks]
+        try:
+            for log in drive(master, _control(scene.coupling), 0.0, scene.stop_time, breaks, progress):
+                logs.append(log)
+        except CosimError as error:
+            error.partial = results.collect(scene, recorded, first, logs, f"partial: {error}")
+            raise
+        return results.collect(scene, recorded, first, logs, "complete")
+
+
+def _slave(scene: Scene, member: Member) -> Slave:
+    fed = [c.target[1] for c in scene.connections if c.target[0] == member.name]
+    return Slave(
+        member.archive,
+        member.name,
+        member.parameters,
+        inputs=[*fed, *member.signals],
+        outputs=list(dict.fromkeys(c.source[1] for c in scene.connections if c.source[0] == member.name)),
+        recorded=[v.name for v in _recorded(member)],
+        stop=scene.stop_time,
+    )
+
+
+def _recorded(member: Member) -> list[Variable]:
+    return [v for v in member.archive.variables.values() if v.type == "Real" and v.causality in ("input", "output")]
+
+
+def _settings(coupling: Coupling) -> Settings:
+    kind = iteration.METHODS.get(coupling.method)
+    relaxed = kind is not None and any(f.name == "omega" for f in fields(kind))
+    return Settings(
+        exchange=exchange.METHODS[coupling.exchange],
+        waveform=exchange.METHODS[coupling.waveform],
+        method=None if kind is None else kind(omega=coupling.omega) if relaxed else kind(),
+        tolerance=coupling.tolerance,
+        max_sweeps=coupling.max_sweeps,
+        halvings=coupling.halvings,
+    )
+
+
+def _control(coupling: Coupling) -> Control:
+    h = coupling.macro_step
+    if coupling.control == "fixed":
+        return Fixed(h)
+    return Doubling(h, coupling.step_tolerance, least=h * 0.5**coupling.halvings, most=h * 100.0)

@@ -1,0 +1,331 @@
+"""A scene: what is run, as data. TOML in, frozen dataclasses out, checked against the FMUs' own XML.
+
+    title, stop_time [s]
+    parameters   name of a set or file                default: fig3
+    connections  ["thermal.T -> rod.T", ...]          default: DEFAULT_WIRING
+    [fmus]       name = "file.fmu", in sweep order    default: thermal and rod
+    [NAME]       variable = value                     parameters and inputs of that FMU; inputs may be signals
+    [coupling]   the fields of Coupling
+
+Vectors may be given whole, V = [0, 1.5, 3], or as one value for all elements. Numbers are in the variable's unit, texts
+carry one, such as "40 mm".
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import MISSING, dataclass, field, fields
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from . import check
+from .archive import Archive, Variable, find_fmu, similar
+from .check import Layer
+from .errors import SceneError
+from .exchange import METHODS as EXCHANGES
+from .iteration import METHODS as ITERATIONS
+from .signals import Signal
+from .wiring import Connection
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+__all__ = ["Coupling", "Member", "Scene", "names", "read"]
+
+Value = float | int | bool
+
+
+def _setting(
+    default: Any, unit: str = "1", least: float = 0.0, most: float = float("inf"), choices: Sequence[str] = ()
+) -> Any:
+    kind = "Enumeration" if choices else {int: "Integer", float: "Real"}[type(default)]
+    dimension = {unit: 1} if unit != "1" else {}
+    about = Variable("", 0, kind, "parameter", "fixed", "", unit, dimension, 1.0, least, most, default, tuple(choices))
+    return field(default=default, metadata={"about": about})
+
+
+@dataclass(frozen=True)
+class Coupling:
+    """How the master couples. Tolerances are shares of the FMI nominals."""
+
+    macro_step: float = _setting(0.1, "s", least=1e-9)
+    schedule: str = _setting("gauss_seidel", choices=("gauss_seidel", "jacobi"))
+    method: str = _setting("iqn", choices=("none", *ITERATIONS))  # none: explicit, one sweep
+    omega: float = _setting(0.25, least=1e-3, most=2.0)  # first or constant relaxation, in methods that have one
+    exchange: str = _setting("hermite", choices=tuple(EXCHANGES))  # of values known at both ends of a step
+    waveform: str = _setting("linear", choices=tuple(EXCHANGES))  # of torn connections
+    tolerance: float = _setting(1e-6, least=1e-14, most=1.0)  # of the estimated coupling error
+    max_sweeps: int = _setting(30, least=2, most=1000)
+    halvings: int = _setting(6, least=0, most=30)  # of the macro step, when it fails
+    control: str = _setting("fixed", choices=("fixed", "doubling"))
+    step_tolerance: float = _setting(1e-4, least=1e-13, most=1.0)  # of the local error under doubling
+
+
+@dataclass(frozen=True)
+class Member:
+    """One FMU of a scene: what is set once, and what drives its inputs."""
+
+    name: str
+    archive: Archive
+    parameters: Mapping[str, Value]
+    signals: Mapping[str, Signal]
+
+    def value(self, parameter: str) -> Value | None:
+        """The value that holds, set or start; None where there is no such parameter."""
+        declared = self.archive.variables.get(parameter)
+        return self.parameters.get(parameter, declared.start if declared else None)
+
+
+@dataclass(frozen=True)
+class Scene:
+    name: str
+    title: str
+    stop_time: float  # [s]
+    members: tuple[Member, ...]
+    connections: tuple[Connection, ...]
+    coupling: Coupling
+    sources: tuple[tuple[str, str], ...]  # origin and text of every layer, for the record
+
+    def member(self, name: str) -> Member:
+        return next(m for m in self.members if m.name == name)
+
+
+# source, target, and when: by default equal names are wired; what the master must iterate only where it acts.
+DEFAULT_WIRING: tuple[tuple[str, str, Callable[[Scene], bool]], ...] = (
+    ("thermal.T", "rod.T", lambda scene: True),
+    ("rod.delta", "rod.delta_guess", lambda scene: scene.member("rod").value("closure") == 2),
+    ("rod.delta", "thermal.delta", lambda scene: scene.member("thermal").value("tca.beta") != 0.0),
+)
+_TOP = ("title", "stop_time", "parameters", "connections", "fmus", "coupling")
+_FMUS = {"thermal": "thermal.fmu", "rod": "rod.fmu"}
+
+
+def names() -> dict[str, Path]:
+    """The scenes that come with the package."""
+    return _shipped("scenes")
+
+
+def read(source: str | Path, overrides: Sequence[str] = ()) -> Scene:
+    """The scene of that name or file. overrides: 'key=value' as in a scene, such as 'rod.order=2',
+    'coupling.macro_step=0.05 s'. Raises SceneError, which names file, key, value and remedy."""
+    path = _find(source, "scenes", "scene")
+    layers = [_load(path)]
+    if overrides:
+        layers.append(_override(overrides))
+    top = _merge_top(layers)
+    parameter_set = top.get("parameters", ("fig3", layers[0]))
+    if not isinstance(parameter_set[0], str):
+        parameter_set[1].refuse(
+            "parameters", parameter_set[0], f"wrong type; {similar('', list(_shipped('parameters')))}"
+        )
+    base = _load(_find(parameter_set[0], "parameters", "parameter set", path.parent))
+    members = _members(top, [base, *layers], path.parent)
+    stop_raw, stop_layer = top.get("stop_time", (None, layers[0]))
+    if stop_raw is None:
+        stop_layer.refuse("stop_time", None, "missing; add for example stop_time = '30 s'")
+    stop_time = check.number(stop_layer, "stop_time", stop_raw, check.TIME)
+    if stop_time <= 0.0:
+        stop_layer.refuse("stop_time", stop_raw, "out of range; a stop time is positive")
+    scene = Scene(
+        name=path.stem,
+        title=str(top.get("title", (path.stem,))[0]),
+        stop_time=stop_time,
+        members=members,
+        connections=(),
+        coupling=_coupling(layers),
+        sources=tuple((layer.origin, layer.text) for layer in [base, *layers]),
+    )
+    return _wired(scene, top.get("connections"))
+
+
+def _shipped(folder: str) -> dict[str, Path]:
+    place = Path(str(resources.files(__package__))) / folder
+    return {file.stem: file for file in sorted(place.glob("*.toml"))}
+
+
+def _find(source: str | Path, folder: str, kind: str, near: Path | None = None) -> Path:
+    shipped = _shipped(folder)
+    for candidate in (Path(source), (near or Path()) / source):
+        if candidate.suffix == ".toml" and candidate.is_file():
+            return candidate
+    if str(source) in shipped:
+        return shipped[str(source)]
+    raise SceneError(f"no {kind} {str(source)!r}: no such file, and {similar(str(source), list(shipped))}")
+
+
+def _load(path: Path) -> Layer:
+    try:
+        text = path.read_text(encoding="utf-8")
+        return Layer(str(path), text, tomllib.loads(text))
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise SceneError(f"{path}: cannot be read: {error}") from error
+
+
+def _override(overrides: Sequence[str]) -> Layer:
+    raw: dict[str, Any] = {}
+    for text in overrides:
+        key, equals, value = (part.strip() for part in text.partition("="))
+        if not equals or not key:
+            raise SceneError(f"--set {text!r}: not of the form key=value, such as rod.order=2")
+        try:
+            parsed = tomllib.loads(f"value = {value}")["value"]
+        except tomllib.TOMLDecodeError:
+            parsed = value
+        table, dot, name = key.partition(".")
+        if dot:
+            raw.setdefault(table, {})[name] = parsed
+        else:
+            raw[table] = parsed
+    return Layer("--set", "", raw)
+
+
+def _merge_top(layers: Sequence[Layer]) -> dict[str, tuple[Any, Layer]]:
+    return {key: (value, layer) for layer in layers for key, value in layer.raw.items()}
+
+
+def _members(top: Mapping[str, tuple[Any, Layer]], layers: Sequence[Layer], folder: Path) -> tuple[Member, ...]:
+    files, where = top.get("fmus", (_FMUS, layers[-1]))
+    if not isinstance(files, Mapping) or not files:
+        where.refuse("fmus", files, "wants a table of name = 'file.fmu'")
+    for name, file in files.items():
+        if not isinstance(file, str):
+            where.refuse(f"fmus.{name}", file, "wrong type; give a file name such as 'rod.fmu'")
+    for layer in layers:
+        for key, value in layer.raw.items():
+            if key in files and not isinstance(value, Mapping):
+                layer.refuse(key, value, f"wants a table [{key}]")
+            if key not in files and key not in _TOP:
+                layer.refuse(
+                    key,
+                    None,
+                    f"unknown {'section' if isinstance(value, Mapping) else 'key'}; {similar(key, (*_TOP, *files))}",
+                )
+    return tuple(_member(name, Archive(find_fmu(file, folder)), layers) for name, file in files.items())
+
+
+def _member(name: str, archive: Archive, layers: Sequence[Layer]) -> Member:
+    parameters: dict[str, Value] = {}
+    signals: dict[str, Signal] = {}
+    for layer in layers:
+        for key, raw in _flat(layer.raw.get(name, {})):
+            for full, element in _elements(layer, name, key, raw, archive):
+                variable, place = archive.variables[full], f"{name}.{full}"
+                if variable.causality == "input":
+                    signals[full] = check.signal(layer, place, element, variable)
+                elif variable.causality == "parameter":
+                    parameters[full] = check.scalar(layer, place, element, variable)
+                else:
+                    layer.refuse(place, element, f"is an {variable.causality}; only parameters and inputs can be set")
+    return Member(name, archive, parameters, signals)
+
+
+def _flat(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    """Dotted names of nested tables; a table that is a signal stays whole."""
+    for key, value in table.items():
+        if isinstance(value, Mapping) and not any(kind in value for kind in check.SIGNALS):
+            yield from _flat(value, f"{prefix}{key}.")
+        else:
+            yield prefix + key, value
+
+
+def _elements(layer: Layer, member: str, key: str, raw: Any, archive: Archive) -> list[tuple[str, Any]]:
+    """The scalar variables that a key stands for, each with its raw value."""
+    if key in archive.variables:
+        return [(key, raw)]
+    elements = archive.vectors.get(key)
+    if elements is None:
+        layer.refuse(
+            f"{member}.{key}",
+            raw,
+            f"no such variable in {archive.path.name}; {similar(key, [*archive.variables, *archive.vectors])}",
+        )
+    if not isinstance(raw, list):
+        return [(element, raw) for element in elements]
+    if len(raw) != len(elements):
+        layer.refuse(
+            f"{member}.{key}", raw, f"{len(raw)} values for {len(elements)} elements of {key}; give {len(elements)}"
+        )
+    return list(zip(elements, raw, strict=True))
+
+
+def _coupling(layers: Sequence[Layer]) -> Coupling:
+    declared = {f.name: f.metadata["about"] for f in fields(Coupling) if f.default is not MISSING}
+    settings: dict[str, Any] = {}
+    for layer in layers:
+        table = layer.raw.get("coupling", {})
+        if not isinstance(table, Mapping):
+            layer.refuse("coupling", table, "wants a table [coupling]")
+        for key, raw in table.items():
+            if key not in declared:
+                layer.refuse(f"coupling.{key}", raw, f"unknown; {similar(key, list(declared))}")
+            value = check.scalar(layer, f"coupling.{key}", raw, declared[key])
+            settings[key] = declared[key].items[value - 1] if declared[key].items else value
+    return Coupling(**settings)
+
+
+def _wired(scene: Scene, given: tuple[Any, Layer] | None) -> Scene:
+    """The scene with its connections: those given, or the default ones whose target no signal drives."""
+    if given is None:
+        members = {m.name for m in scene.members}
+        pairs = [p for p in DEFAULT_WIRING if {p[0].split(".")[0], p[1].split(".")[0]} <= members and p[2](scene)]
+        found = [
+            c for source, target, _ in pairs for c in _connect(scene, source, target, Layer("default wiring", "", {}))
+        ]
+        found = [c for c in found if c.target[1] not in scene.member(c.target[0]).signals]
+    else:
+        found = _given_connections(scene, *given)
+    return Scene(scene.name, scene.title, scene.stop_time, scene.members, tuple(found), scene.coupling, scene.sources)
+
+
+def _given_connections(scene: Scene, texts: Any, layer: Layer) -> list[Connection]:
+    found: dict[tuple[str, str], Connection] = {}
+    if not isinstance(texts, list):
+        layer.refuse("connections", texts, "wants a list of 'fmu.output -> fmu.input'")
+    for text in texts:
+        source, arrow, target = text.partition("->") if isinstance(text, str) else ("", "", "")
+        if not arrow:
+            layer.refuse("connections", text, "wants 'fmu.output -> fmu.input'")
+        for connection in _connect(scene, source.strip(), target.strip(), layer):
+            if connection.target[1] in scene.member(connection.target[0]).signals:
+                layer.refuse(
+                    "connections", text, f"{'.'.join(connection.target)} is set as well; remove one of the two"
+                )
+            if connection.target in found:
+                layer.refuse("connections", text, f"{'.'.join(connection.target)} is fed twice; remove one")
+            found[connection.target] = connection
+    return list(found.values())
+
+
+def _connect(scene: Scene, source: str, target: str, layer: Layer) -> list[Connection]:
+    text = f"{source} -> {target}"
+    ends = [
+        _variables(scene, end, causality, text, layer) for end, causality in ((source, "output"), (target, "input"))
+    ]
+    if len(ends[0]) != len(ends[1]):
+        layer.refuse("connections", text, f"{len(ends[0])} outputs for {len(ends[1])} inputs; the counts must agree")
+    for (_, a), (_, b) in zip(*ends, strict=True):
+        if (a.dimension, a.unit) != (b.dimension, b.unit):
+            layer.refuse("connections", text, f"units differ: {a.unit!r} and {b.unit!r}; connect variables of one unit")
+    return [Connection((m, a.name), (n, b.name)) for (m, a), (n, b) in zip(*ends, strict=True)]
+
+
+def _variables(scene: Scene, end: str, causality: str, text: str, layer: Layer) -> list[tuple[str, Variable]]:
+    name, _, key = end.partition(".")
+    if name not in [m.name for m in scene.members]:
+        layer.refuse("connections", text, f"no FMU {name!r}; {similar(name, [m.name for m in scene.members])}")
+    archive = scene.member(name).archive
+    scalars = [key] if key in archive.variables else list(archive.vectors.get(key, ()))
+    fit = [
+        (name, archive.variables[v])
+        for v in scalars
+        if archive.variables[v].causality == causality and archive.variables[v].type == "Real"
+    ]
+    if not fit or len(fit) != len(scalars):
+        known = [v.name for v in archive.variables.values() if v.causality == causality and v.type == "Real"]
+        bases = [base for base, elements in archive.vectors.items() if elements[0] in known]
+        layer.refuse("connections", text, f"{end!r} is no Real {causality}; {similar(key, [*known, *bases])}")
+    return fit
