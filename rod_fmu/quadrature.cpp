@@ -65,9 +65,10 @@ Quadrature::Quadrature() {
   }
   const double gauss_3[points] = {-std::sqrt(0.6), 0.0, std::sqrt(0.6)};
   for (int e = 0; e < intervals; ++e) {
-    const double from = e == 0 ? 0.0 : s[e - 1];
-    const double to = e == nodes ? 1.0 : s[e];
-    length[e] = to - from;
+    const int gap = e / pieces;
+    const double left = gap == 0 ? 0.0 : s[gap - 1], right = gap == nodes ? 1.0 : s[gap];
+    length[e] = (right - left) / pieces;
+    const double from = left + (e % pieces) * length[e], to = from + length[e];
     for (int g = 0; g < points; ++g) {
       legendre_values(from + to + gauss_3[g] * length[e] - 1.0, max_terms, values.data());
       for (int a = 0; a < max_terms; ++a) legendre_between[a][g][e] = values[a];

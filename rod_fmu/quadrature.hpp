@@ -11,7 +11,8 @@
 namespace rod {
 
 inline constexpr int max_terms = highest_order + 1;
-inline constexpr int intervals = nodes + 1;  // from the clamp, between nodes, to the tip
+inline constexpr int pieces = 2;  // intervals between neighbours among clamp, nodes and tip
+inline constexpr int intervals = pieces * (nodes + 1);
 inline constexpr int interval_packs = (intervals + pack_size - 1) / pack_size;
 inline constexpr int points = 3;  // of the Magnus expansion in each interval
 
@@ -37,7 +38,7 @@ struct Quadrature {
   std::array<Lane, shape_stations> stations;
   /// legendre[a][k] = P_a(2 s_k - 1)
   std::array<Lane, max_terms> legendre;
-  /// The same at the three Gauss points of every interval between clamp, nodes and tip; length of these intervals.
+  /// The same at the three Gauss points of every interval; length of these intervals.
   std::array<std::array<IntervalLane, points>, max_terms> legendre_between;
   IntervalLane length;
 };

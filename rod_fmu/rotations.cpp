@@ -78,7 +78,9 @@ std::array<double, 4> rotate_along(const IntervalCurvature& kappa, RotationField
     const double w1 = w * a - x * b - y * c - z * d, x1 = w * b + x * a + y * d - z * c;
     const double y1 = w * c - x * d + y * a + z * b, z1 = w * d + x * c - y * b + z * a;
     w = w1, x = x1, y = y1, z = z1;
-    if (e < nodes) at_nodes[0][e] = w, at_nodes[1][e] = x, at_nodes[2][e] = y, at_nodes[3][e] = z;
+    const int k = e / pieces;
+    if (k < nodes && e % pieces == pieces - 1)
+      at_nodes[0][k] = w, at_nodes[1][k] = x, at_nodes[2][k] = y, at_nodes[3][k] = z;
   }
   matrices(at_nodes, R);
   const double norm = std::sqrt(w * w + x * x + y * y + z * z);

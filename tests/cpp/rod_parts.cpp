@@ -1,0 +1,116 @@
+// The parts of the rod one by one: quadrature, rotations, TCA law.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "kernel.hpp"
+#include "quadrature.hpp"
+#include "rotations.hpp"
+#include "tca.hpp"
+
+using namespace rod;
+
+TEST(RodQuadrature, IntegratesPolynomialsExactly) {
+  const Quadrature& grid = quadrature();
+  for (int degree = 0; degree < nodes; ++degree)
+    for (int k = 0; k < nodes; ++k) {
+      double sum = 0.0;
+      for (int j = 0; j < nodes; ++j) sum += grid.forward[j][k] * std::pow(grid.s[j], degree);
+      EXPECT_NEAR(sum, std::pow(grid.s[k], degree + 1) / (degree + 1), 1e-15);
+    }
+  for (int degree = 0; degree < 2 * nodes; ++degree) {
+    double sum = 0.0;
+    for (int k = 0; k < nodes; ++k) sum += grid.w[k] * std::pow(grid.s[k], degree);
+    EXPECT_NEAR(sum, 1.0 / (degree + 1), 1e-15);
+  }
+}
+
+TEST(RodQuadrature, StationsEndAtTheTip) {
+  const Quadrature& grid = quadrature();
+  for (int j = 0; j < nodes; ++j) {
+    EXPECT_NEAR(grid.stations.front()[j], 0.0, 1e-15);
+    EXPECT_NEAR(grid.stations.back()[j], grid.w[j], 1e-15);
+  }
+}
+
+namespace {
+
+/// Curvature k(s) = c0 + c1 s + c2 s^2 per component, as rotate_along wants it.
+IntervalCurvature sample(const double (&c)[3][3]) {
+  const Quadrature& grid = quadrature();
+  IntervalCurvature kappa;
+  double from = 0.0;
+  for (int e = 0; e < intervals; ++e) {
+    for (int g = 0; g < points; ++g) {
+      const double s = from + grid.length[e] * (0.5 + 0.5 * std::sqrt(0.6) * (g - 1));
+      for (int axis = 0; axis < 3; ++axis) kappa[g][axis][e] = c[axis][0] + s * (c[axis][1] + s * c[axis][2]);
+    }
+    from += grid.length[e];
+  }
+  return kappa;
+}
+
+/// The tip's quaternion by many midpoint rotations, Richardson-extrapolated: independent of the Magnus expansion.
+std::array<double, 4> fine_tip(const double (&c)[3][3], int pieces) {
+  std::array<double, 4> q{1, 0, 0, 0};
+  for (int i = 0; i < pieces; ++i) {
+    const double h = 1.0 / pieces, s = (i + 0.5) * h;
+    double k[3], square = 0.0;
+    for (int axis = 0; axis < 3; ++axis)
+      k[axis] = h * (c[axis][0] + s * (c[axis][1] + s * c[axis][2])), square += k[axis] * k[axis];
+    const double angle = std::sqrt(square), f = std::sin(0.5 * angle) / angle, w = std::cos(0.5 * angle);
+    const double x = f * k[0], y = f * k[1], z = f * k[2];
+    q = {q[0] * w - q[1] * x - q[2] * y - q[3] * z, q[0] * x + q[1] * w + q[2] * z - q[3] * y,
+         q[0] * y - q[1] * z + q[2] * w + q[3] * x, q[0] * z + q[1] * y - q[2] * x + q[3] * w};
+  }
+  return q;
+}
+
+}  // namespace
+
+TEST(RodRotations, ConstantCurvatureIsAnArcForAnyAngle) {
+  for (double angle : {0.1, 3.0, 12.0, 80.0}) {  // 80 rad needs the wide turns
+    const double c[3][3] = {{angle, 0, 0}, {0, 0, 0}, {0, 0, 0}};
+    RotationField R;
+    const auto tip = rotate_along(sample(c), R);
+    EXPECT_NEAR(std::abs(tip[0]), std::abs(std::cos(0.5 * angle)), 1e-13 * (1 + angle));
+    for (int k = 0; k < nodes; ++k)
+      EXPECT_NEAR(R.row1.at(k).y, std::cos(angle * quadrature().s[k]), 1e-13 * (1 + angle));
+  }
+}
+
+TEST(RodRotations, AgreesWithManySmallTurns) {
+  const double c[3][3] = {{2.0, -3.0, 1.0}, {-1.0, 2.5, 2.0}, {0.5, 1.0, -3.0}};
+  RotationField R;
+  const auto tip = rotate_along(sample(c), R);
+  const auto coarse = fine_tip(c, 2000), fine = fine_tip(c, 4000);
+  for (int i = 0; i < 4; ++i) EXPECT_NEAR(tip[i], fine[i] + (fine[i] - coarse[i]) / 3.0, 1e-10);
+}
+
+TEST(RodTca, LawOfTheDefaultSet) {
+  const Parameters p;
+  const TcaLaw law(p);
+  EXPECT_NEAR(law.stiffness, 79.5378, 1e-4);
+  EXPECT_NEAR(law.free_stroke(p.T_0 + 40.0), 7.95322e-3, 1e-8);
+  EXPECT_EQ(law.tension(0.0, p.T_0).value, 0.0);
+  EXPECT_LT(law.tension(0.0, p.T_0 + 40.0).value, 0.0) << "a hot extension TCA pushes";
+}
+
+TEST(RodTca, ChiralityReversesTheStroke) {
+  Parameters p;
+  p.tca_chirality = -1;
+  EXPECT_LT(TcaLaw(p).free_stroke(p.T_0 + 40.0), 0.0);
+}
+
+TEST(RodTca, TensionIsTheSlopeOfItsEnergy) {
+  for (Law kind : {Law::wire, Law::measured}) {
+    Parameters p;
+    p.tca_law = kind;
+    const TcaLaw law(p);
+    const double delta = 2e-3, T = 330.0, e = 1e-6, eT = 1e-3;
+    const Tension N = law.tension(delta, T);
+    EXPECT_NEAR((law.energy(delta + e, T) - law.energy(delta - e, T)) / (2 * e), N.value, 1e-8 * std::abs(N.value));
+    EXPECT_NEAR((law.tension(delta, T + eT).value - law.tension(delta, T - eT).value) / (2 * eT), N.per_T,
+                1e-8 * std::abs(N.per_T));
+  }
+}

@@ -1,0 +1,142 @@
+// Equilibria against independent numbers and closed forms.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "rod_support.hpp"
+
+using namespace rod;
+using rod_test::Bench;
+
+namespace {
+
+/// Largest error of tip and displacements [m] against the references, with strains of the given order.
+double reference_error(int order) {
+  double worst = 0.0;
+  for (const auto& row : rod_test::read_csv("rod_static.csv")) {
+    Parameters p;
+    p.order = order;
+    Bench bench(p);
+    for (int c = 0; c < 3; ++c) bench.inputs.gravity[c][0] = row[1 + c];
+    for (int i = 0; i < 3; ++i) bench.inputs.T[i][0] = row[4 + i] + 273.15;
+    EXPECT_TRUE(bench.settle());
+    const Outputs y = bench.look();
+    for (int c = 0; c < 3; ++c)
+      worst = std::max({worst, std::abs(y.tip_p[c] - row[7 + c]), std::abs(y.delta[c] - row[13 + c])});
+  }
+  return worst;
+}
+
+}  // namespace
+
+TEST(RodStatics, ReferencesAreMetFromOrderFourOn) {
+  for (int order = 4; order <= highest_order; ++order) EXPECT_LT(reference_error(order), 2e-7) << "order " << order;
+}
+
+TEST(RodStatics, ConvergesSpectrallyInTheOrder) {
+  EXPECT_GT(reference_error(0), 1e-3);
+  EXPECT_LT(reference_error(2), 0.3 * reference_error(1));
+  EXPECT_LT(reference_error(3), 0.3 * reference_error(2));
+  EXPECT_LT(reference_error(4), 0.3 * reference_error(3));
+}
+
+TEST(RodStatics, WithoutLoadsBodyAndActuatorsCarryNoWrench) {
+  Parameters p;
+  Bench bench(p);
+  bench.inputs.T[0][0] = 350.0, bench.inputs.T[1][0] = 320.0;
+  ASSERT_TRUE(bench.settle());
+  bench.look();
+  const Section section = Section::round(p);
+  const Work& work = bench.scratch.newton.work;
+  // Strain is constant: the order-0 coefficients are the strains, and W = K (xi - xi*) + sum N [r x t; t] must vanish.
+  for (int j = 6; j < bench.rod.unknowns(); ++j) EXPECT_NEAR(bench.state.q[j], 0.0, 1e-12);
+  for (int k = 0; k < nodes; ++k) {
+    Vec3 couple{section.stiffness[0] * bench.state.q[0] / p.body_length,
+                section.stiffness[1] * bench.state.q[1] / p.body_length,
+                section.stiffness[2] * bench.state.q[2] / p.body_length};
+    Vec3 force{section.stiffness[3] * bench.state.q[3], section.stiffness[4] * bench.state.q[4],
+               section.stiffness[5] * bench.state.q[5]};
+    for (std::size_t i = 0; i < tca_count; ++i) {
+      couple = couple + (work.tension[i].value * p.body_length) * work.arm[i].at(k);
+      force = force + work.tension[i].value * work.t[i].at(k);
+    }
+    EXPECT_LT(std::sqrt(dot(force, force)), 1e-12);
+    EXPECT_LT(std::sqrt(dot(couple, couple)), 1e-14);
+  }
+}
+
+TEST(RodStatics, SmallStrainClosedForms) {
+  const Parameters p;
+  const TcaLaw law(p);
+  const Section section = Section::round(p);
+  const double EI = section.stiffness[0], EA = section.stiffness[5], k = law.stiffness, L = p.body_length,
+               r = p.tca_offset;
+  const double dT = 1e-4;
+  Bench all(p), one(p);
+  for (auto& T : all.inputs.T) T[0] = p.T_0 + dT;
+  one.inputs.T[0][0] = p.T_0 + dT;
+  ASSERT_TRUE(all.settle() && one.settle());
+  const double c = law.free_stroke(p.T_0 + dT);
+  const double stretch = 3 * k * c / (EA + 3 * k * L), curvature = k * r * c / (EI + 1.5 * k * L * r * r);
+  EXPECT_NEAR(all.state.q[5], stretch, 1e-5 * stretch);
+  EXPECT_NEAR(std::hypot(one.state.q[0], one.state.q[1]) / L, curvature, 1e-5 * curvature);
+}
+
+TEST(RodStatics, HigherOrdersChangeNothingWithoutLoads) {
+  Parameters p;
+  p.order = 0;
+  Bench constant(p);
+  p.order = 7;
+  Bench rich(p);
+  for (Bench* bench : {&constant, &rich}) {
+    bench->inputs.T[0][0] = 360.0, bench->inputs.T[2][0] = 310.0;
+    ASSERT_TRUE(bench->settle());
+  }
+  const Outputs a = constant.look(), b = rich.look();
+  for (std::size_t i = 0; i < tca_count; ++i) EXPECT_NEAR(a.delta[i], b.delta[i], 1e-9 * std::abs(a.delta[i]));
+  for (int c = 0; c < 3; ++c) EXPECT_NEAR(a.tip_p[c], b.tip_p[c], 1e-9 * p.body_length);
+}
+
+TEST(RodStatics, RollUpClosesOnItself) {
+  Parameters p = rod_test::bare_rod();
+  Bench bench(p);
+  bench.inputs.tip_moment[1][0] = 2 * M_PI * Section::round(p).stiffness[1] / p.body_length;
+  ASSERT_TRUE(bench.settle());
+  const Outputs y = bench.look();
+  for (double x : y.tip_p) EXPECT_NEAR(x, 0.0, 1e-12);
+}
+
+TEST(RodStatics, ElasticaUnderADeadTipForce) {
+  // Elliptic integrals: deflection/L, shortening/L, tip angle for P L^2/EI = 1, 2, 5, 10.
+  constexpr double known[4][4] = {{1, .30172077, .05643324, .46135195},
+                                  {2, .49345748, .16064172, .78174983},
+                                  {5, .71379152, .38762836, 1.21536812},
+                                  {10, .81060902, .55499560, 1.43028554}};
+  Parameters p = rod_test::bare_rod();
+  p.strains = Strains::bending;  // neither shears nor stretches
+  p.order = 7;
+  for (const auto& [load, deflection, shortening, angle] : known) {
+    Bench bench(p);
+    bench.inputs.tip_force[0][0] = load * Section::round(p).stiffness[0] / (p.body_length * p.body_length);
+    ASSERT_TRUE(bench.settle());
+    const Outputs y = bench.look();
+    EXPECT_NEAR(y.tip_p[0] / p.body_length, deflection, 1e-6);
+    EXPECT_NEAR(1.0 - y.tip_p[2] / p.body_length, shortening, 1e-6);
+    EXPECT_NEAR(y.tip_euler[1], angle, 1e-5);
+  }
+}
+
+TEST(RodStatics, ViolentLoadsConvergeOrAreRefused) {
+  for (double force : {0.5, 5.0, 50.0})
+    for (double kelvin : {0.0, 300.0}) {
+      Bench bench(Parameters{});
+      bench.inputs.tip_force[0][0] = force;
+      bench.inputs.gravity[1][0] = 1000.0;
+      bench.inputs.T[0][0] += kelvin;
+      const bool found = bench.settle();
+      EXPECT_TRUE(bench.state.q.allFinite());
+      if (!found) {
+        EXPECT_EQ(bench.state.q.norm(), 0.0) << "a failed solve must leave the state alone";
+      }
+    }
+}

@@ -1,0 +1,76 @@
+// A rod with its state, for tests: solve, step, look.
+#pragma once
+
+#include <fstream>
+#include <random>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "integrator.hpp"
+
+namespace rod_test {
+
+struct Bench {
+  explicit Bench(const rod::Parameters& p)
+      : parameters(p), rod(p), memory(rod::State::size(rod.unknowns())), state(memory.data(), rod.unknowns()) {}
+
+  rod::Outputs look() {
+    rod::Outputs y;
+    const rod::Loads loads = rod::loads_at(inputs, 0.0);
+    rod.residual(state.q.data(), state.v.data(), state.a.data(), loads, scratch.newton.work, scratch.r);
+    rod.outputs(state.q.data(), state.v.data(), loads, scratch.newton.work, y);
+    return y;
+  }
+  bool settle() { return rod::settle(rod, rod::loads_at(inputs, 0.0), state, scratch); }
+
+  rod::Parameters parameters;
+  rod::Inputs inputs;
+  rod::Rod rod;
+  std::vector<double> memory;
+  rod::State state;
+  rod::Scratch scratch;
+};
+
+/// The bare rod of the release: no TCAs, rho 1070, shear factor 27/28.
+inline rod::Parameters bare_rod() {
+  rod::Parameters p;
+  p.tca_law = rod::Law::measured;
+  p.tca_stiffness = 0.0;
+  p.body_rho = 1070.0;
+  p.body_shear_factor = 27.0 / 28.0;
+  return p;
+}
+
+/// A random state that bends the rod by some radians and moves it fast.
+struct RandomState {
+  RandomState(int n, unsigned seed) : q(n), v(n), a(n) {
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> uniform(-1.0, 1.0);
+    for (int j = 0; j < n; ++j)
+      q[j] = 0.4 * uniform(random), v[j] = 5.0 * uniform(random), a[j] = 200.0 * uniform(random);
+  }
+  rod::Vector q, v, a;
+};
+
+/// Rows of a CSV file of tests/data, without comments and header; cells that are no numbers read as 0.
+inline std::vector<std::vector<double>> read_csv(const std::string& name) {
+  std::ifstream file(std::string(TCA_TEST_DATA) + "/" + name);
+  std::vector<std::vector<double>> rows;
+  std::string line;
+  bool header = true;
+  while (std::getline(file, line)) {
+    if (line.empty() || line[0] == '#') continue;
+    if (std::exchange(header, false)) continue;
+    std::istringstream cells(line);
+    std::vector<double> row;
+    for (std::string cell; std::getline(cells, cell, ',');) {
+      char* end = nullptr;
+      row.push_back(std::strtod(cell.c_str(), &end));
+    }
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+}  // namespace rod_test
