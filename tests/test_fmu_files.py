@@ -1,0 +1,122 @@
+"""The .fmu files themselves: valid to FMPy, self-contained, exact about dependencies, honest about what they can."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import zipfile
+from pathlib import Path
+
+import fmpy
+import pytest
+from fmpy.validation import validate_fmu
+from fmu_host import SUBJECTS, FMU2Host
+
+FMUS = pytest.mark.parametrize("path", [subject.path for subject in SUBJECTS], ids=lambda path: path.stem)
+STANDARD = Path(fmpy.__file__).parent / "c-code" / "fmi2Functions.h"
+
+
+@pytest.fixture
+def binary(path: Path, tmp_path: Path) -> Path:
+    with zipfile.ZipFile(path) as archive:
+        return Path(archive.extract(f"binaries/linux64/{path.stem}.so", tmp_path))
+
+
+def output_of(*command: str | Path) -> str:
+    return subprocess.run(command, check=True, capture_output=True, text=True).stdout
+
+
+@FMUS
+def test_fmpy_finds_no_problem(path: Path):
+    assert validate_fmu(str(path)) == []
+
+
+@FMUS
+def test_exports_the_standard_functions_and_nothing_else(binary: Path):
+    standard = set(re.findall(r"^\s*FMI2_Export fmi2\w+TYPE\s+(fmi2\w+);", STANDARD.read_text(), re.MULTILINE))
+    exported = {line.split()[-1] for line in output_of("nm", "-D", "--defined-only", binary).splitlines()}
+    assert len(standard) == 44
+    assert exported == standard
+
+
+@FMUS
+def test_needs_only_the_c_library(binary: Path):
+    needed = set(re.findall(r"NEEDED.*\[(.*)\]", output_of("readelf", "-d", binary)))
+    assert needed <= {"libc.so.6", "libm.so.6", "ld-linux-x86-64.so.2"}  # the last is a part of glibc
+
+
+@FMUS
+def test_declares_what_it_can(path: Path):
+    slave = fmpy.read_model_description(str(path)).coSimulation
+    assert slave.canHandleVariableCommunicationStepSize
+    assert slave.canInterpolateInputs
+    assert slave.maxOutputDerivativeOrder == 1
+    assert slave.canGetAndSetFMUstate
+    assert slave.canSerializeFMUstate
+    assert not slave.canBeInstantiatedOnlyOncePerProcess
+    assert not slave.providesDirectionalDerivative
+
+
+@FMUS
+def test_every_variable_is_described_and_has_its_unit(path: Path):
+    description = fmpy.read_model_description(str(path))
+    units = {unit.name: unit for unit in description.unitDefinitions}
+    for variable in description.modelVariables:
+        assert variable.description, variable.name
+        if variable.type == "Real":
+            assert units[variable.unit].baseUnit is not None, variable.name
+        if variable.unit == "K":
+            assert variable.displayUnit == "degC", variable.name
+        if variable.type == "Enumeration":
+            assert [item.value for item in variable.declaredType.items] == [
+                str(k + 1) for k in range(len(variable.declaredType.items))
+            ]
+        if variable.causality in ("parameter", "input"):
+            assert variable.start is not None, variable.name
+
+
+@FMUS
+def test_declared_dependencies_are_the_true_ones(path: Path):
+    """Changing an input without a step changes exactly the outputs that declare a dependency on it."""
+    with FMU2Host(path) as fmu:
+        fmu.start()
+        fmu.step(0.0, 0.01)
+        # FMPy gives None for an empty list of dependencies as well as for an absent one.
+        declared = {
+            unknown.variable.name: {known.name for known in unknown.dependencies or []}
+            for unknown in fmu.description.outputs
+        }
+        inputs = [v for v in fmu.description.modelVariables if v.causality == "input"]
+        acting: dict[str, set[str]] = {name: set() for name in fmu.outputs}
+        for variable in inputs:
+            [start] = fmu.getReal([variable.valueReference])
+            before = fmu.read()
+            fmu.write(variable.name, start + 0.125)
+            after = fmu.read()
+            fmu.write(variable.name, start)
+            for name, a, b in zip(fmu.outputs, before, after, strict=True):
+                if a != b:
+                    acting[name].add(variable.name)
+        undeclared = {name: found - declared[name] for name, found in acting.items() if found - declared[name]}
+        assert not undeclared
+
+
+@FMUS
+def test_every_output_lists_its_dependencies(path: Path):
+    with zipfile.ZipFile(path) as archive:
+        xml = archive.read("modelDescription.xml").decode()
+    structure = xml[xml.index("<Outputs>") : xml.index("</Outputs>")]
+    unknowns = re.findall(r"<Unknown [^>]*>", structure)
+    assert unknowns
+    assert all("dependencies=" in unknown for unknown in unknowns)
+
+
+@FMUS
+def test_a_description_of_another_build_cannot_load(path: Path):
+    with FMU2Host(path) as fmu:
+        good = fmu.component
+        fmu.guid = "{00000000-0000-0000-0000-000000000000}"
+        with pytest.raises(Exception, match="instantiate"):
+            fmu.instantiate(callbacks=fmu.callbacks)
+        assert "build the FMU again" in fmu.messages[-1]
+        fmu.component = good
