@@ -15,7 +15,7 @@ inline constexpr int highest_order = 7;
 enum class Strains : int { bending = 1, extensible, kirchhoff, cosserat };
 enum class Closure : int { inside = 1, exchanged };
 enum class Law : int { wire = 1, measured };
-enum class Method : int { backward_euler = 1, rosenbrock, midpoint };
+enum class Method : int { backward_euler = 1, rosenbrock, midpoint, bdf };
 
 using Polynomial = std::array<double, 4>;  // value and three time derivatives
 using Triple = std::array<double, 3>;

@@ -34,6 +34,8 @@ void check(const Parameters& p) {
 void RodModel::build() {
   check(data_.parameters);
   rod_ = Rod(data_.parameters);
+  bdf_.reset();
+  if (data_.parameters.method == Method::bdf) bdf_.emplace(rod_.unknowns());
   memory_.assign(State::size(rod_.unknowns()), 0.0);
 }
 
@@ -56,6 +58,8 @@ fmu::StepResult RodModel::step(double t, double h) {
         return step_backward_euler(rod_, data_.inputs, h, now, scratch_);
       case Method::midpoint:
         return step_midpoint(rod_, data_.inputs, h, now, scratch_);
+      case Method::bdf:
+        return bdf_->step(rod_, data_.inputs, h, p.tolerance, now, scratch_);
       case Method::rosenbrock:
         break;
     }

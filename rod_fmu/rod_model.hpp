@@ -1,8 +1,10 @@
 // The rod as a model for the FMU runtime.
 #pragma once
 
+#include <optional>
 #include <vector>
 
+#include "bdf.hpp"
 #include "data.hpp"
 #include "integrator.hpp"
 #include "model.hpp"
@@ -25,6 +27,7 @@ class RodModel final : public fmu::Model {
   std::vector<double> memory_;
   Rod rod_;
   Scratch scratch_;
+  std::optional<Bdf> bdf_;
 };
 
 }  // namespace rod

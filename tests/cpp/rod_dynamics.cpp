@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <new>
 
+#include "bdf.hpp"
 #include "rod_support.hpp"
 
 using namespace rod;
@@ -35,7 +36,7 @@ Advance advance(Bench& bench, Method method, double h, double tolerance) {
       return step_backward_euler(bench.rod, bench.inputs, h, bench.state, bench.scratch);
     case Method::midpoint:
       return step_midpoint(bench.rod, bench.inputs, h, bench.state, bench.scratch);
-    case Method::rosenbrock:
+    default:
       break;
   }
   return step_rosenbrock(bench.rod, bench.inputs, h, tolerance, bench.state, bench.scratch);
@@ -202,6 +203,34 @@ TEST(RodDynamics, NoStepAllocates) {
     EXPECT_EQ(advance(bench, method, 1e-2, 1e-6).reached, 1e-2);
   bench.look();
   EXPECT_EQ(allocations, before);
+}
+
+TEST(RodDynamics, BdfReachesItsToleranceAndRestartsHonestly) {
+  const auto tip = [](auto step) {
+    Parameters p = bare_rod();
+    p.body_retardation = 5e-3;
+    p.order = 2;
+    Bench bench(p);
+    bench.inputs.gravity[0][0] = 9.81;
+    for (int i = 0; i < 10; ++i) EXPECT_EQ(step(bench, 0.02).reached, 0.02);
+    return std::pair(bench.look().tip_p[0], bench.state.dissipated);
+  };
+  const auto truth = tip([](Bench& b, double h) { return advance(b, Method::rosenbrock, h, 1e-9); });
+  double before = 1e-2;
+  for (double tolerance : {1e-3, 1e-5, 1e-7}) {
+    Bdf bdf(18);
+    const auto found =
+        tip([&](Bench& b, double h) { return bdf.step(b.rod, b.inputs, h, tolerance, b.state, b.scratch); });
+    const double error = std::abs(found.first - truth.first);
+    EXPECT_LT(error, 10 * tolerance * 0.04);
+    EXPECT_LT(error, before);
+    EXPECT_NEAR(found.second, truth.second, 30 * tolerance * truth.second);
+    Bdf another(18);
+    const auto again =
+        tip([&](Bench& b, double h) { return another.step(b.rod, b.inputs, h, tolerance, b.state, b.scratch); });
+    EXPECT_EQ(found, again) << "a fresh integrator must do the same from the same states";
+    before = error;
+  }
 }
 
 TEST(RodDynamics, ViolentStepsEndAndStayFinite) {
