@@ -6,6 +6,7 @@
 VENV := .venv
 BUILD := build
 WERROR ?= OFF
+export PATH := $(CURDIR)/$(VENV)/bin:$(PATH)
 CXX_FILES := $(shell find fmus thermal_fmu rod_fmu tests -name '*.[ch]pp')
 SOURCES := $(CXX_FILES) $(shell find fmus thermal_fmu rod_fmu tests orchestration -name CMakeLists.txt \
 	-o -name '*.cmake' -o -name '*.map' -o -path 'orchestration/*' -type f ! -name '*.pyc') CMakeLists.txt pyproject.toml
@@ -14,18 +15,20 @@ SOURCES := $(CXX_FILES) $(shell find fmus thermal_fmu rod_fmu tests orchestratio
 fmus: $(VENV)/installed
 
 demo: $(VENV)/installed
-	$(VENV)/bin/tca-cosim paper
+	tca-cosim paper
 
 test: $(VENV)/installed
+	cmake -S . -B $(BUILD) -DTCA_BUILD_TESTS=ON >$(BUILD)/configure.log || { cat $(BUILD)/configure.log; false; }
+	cmake --build $(BUILD)
 	ctest --test-dir $(BUILD) --output-on-failure --progress
-	$(VENV)/bin/ruff check .
-	$(VENV)/bin/ruff format --check .
+	ruff check .
+	ruff format --check .
 	clang-format --dry-run --Werror $(CXX_FILES)
-	$(VENV)/bin/python -m pytest
+	python -m pytest
 
-format: $(VENV)/ready
-	$(VENV)/bin/ruff check --fix .
-	$(VENV)/bin/ruff format .
+format: $(VENV)/installed
+	ruff check --fix .
+	ruff format .
 	clang-format -i $(CXX_FILES)
 
 $(VENV)/ready: .ci/setup
@@ -33,7 +36,6 @@ $(VENV)/ready: .ci/setup
 	touch $@
 
 $(VENV)/installed: $(VENV)/ready $(SOURCES)
-	$(VENV)/bin/python -m pip install --quiet --no-build-isolation -Cbuild-dir=$(BUILD) \
-		-Ccmake.define.TCA_FMU_DIR=$(CURDIR)/fmus -Ccmake.define.TCA_BUILD_TESTS=ON -Ccmake.define.TCA_WERROR=$(WERROR) \
-		'.[test]'
+	python -m pip install --quiet --no-build-isolation -Cbuild-dir=$(BUILD) \
+		-Ccmake.define.TCA_FMU_DIR=$(CURDIR)/fmus -Ccmake.define.TCA_WERROR=$(WERROR) '.[test]'
 	touch $@
