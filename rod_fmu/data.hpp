@@ -15,6 +15,8 @@ inline constexpr int highest_order = 7;
 enum class Strains : int { bending = 1, extensible, kirchhoff, cosserat };
 enum class Closure : int { inside = 1, exchanged };
 enum class Law : int { wire = 1, measured };
+enum class Pitch : int { frozen = 1, current };
+enum class Profile : int { round = 1, given };
 enum class Method : int { backward_euler = 1, rosenbrock, midpoint, bdf };
 
 using Polynomial = std::array<double, 4>;  // value and three time derivatives
@@ -23,17 +25,22 @@ template <class T>
 using PerTca = std::array<T, tca_count>;
 
 struct Parameters {
-  double body_radius = 5e-3;                     // m
-  double body_length = 40e-3;                    // m
-  double body_E = 37.8e3;                        // Pa
-  double body_nu = 0.5;                          // 1
-  double body_rho = 1040.0;                      // kg/m3
-  double body_shear_factor = 1.0;                // 1
-  double body_retardation = 0.0;                 // s, Kelvin-Voigt: damping = retardation * stiffness
-  double tca_offset = 2.5e-3;                    // m
-  PerTca<double> tca_azimuth = even_azimuths();  // rad
-  PerTca<double> tca_helix{};                    // rad/m, twist of the routing along the rod
+  double body_radius = 5e-3;       // m
+  double body_length = 40e-3;      // m
+  double body_E = 37.8e3;          // Pa
+  double body_nu = 0.5;            // 1
+  double body_rho = 1040.0;        // kg/m3
+  double body_shear_factor = 1.0;  // 1
+  double body_retardation = 0.0;   // s, Kelvin-Voigt: damping = retardation * stiffness
+  Profile body_profile = Profile::round;
+  std::array<double, 6> body_stiffness{1, 1, 1,
+                                       1, 1, 1};  // N.m2 (x, y, z), N (x, y, z): bending, torsion; shear, axial
+  Triple body_curvature{};                        // 1/m, of the unloaded body
+  double tca_offset = 2.5e-3;                     // m
+  PerTca<double> tca_azimuth = even_azimuths();   // rad
+  PerTca<double> tca_helix{};                     // rad/m, twist of the routing along the rod
   Law tca_law = Law::wire;
+  Pitch tca_pitch = Pitch::frozen;
   double tca_wire_length = 130e-3;     // m
   double tca_wire_diameter = 0.65e-3;  // m
   double tca_coils = 37.5;             // 1

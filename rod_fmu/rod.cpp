@@ -10,17 +10,20 @@
 
 namespace rod {
 
-Section Section::round(const Parameters& p) {
+Section Section::of(const Parameters& p) {
   const double area = std::numbers::pi * p.body_radius * p.body_radius;
   const double second_moment = area * p.body_radius * p.body_radius / 4.0;
   const double G = p.body_E / (2.0 * (1.0 + p.body_nu));
   const double EI = p.body_E * second_moment, GJ = 2.0 * G * second_moment;
   const double EA = p.body_E * area, GA = p.body_shear_factor * G * area;
   const double rotary = p.body_rho * second_moment;
-  return {.stiffness = {EI, EI, GJ, GA, GA, EA},
+  const std::array<double, 6> solid{EI, EI, GJ, GA, GA, EA};
+  const Triple& curvature = p.body_curvature;
+  return {.stiffness = p.body_profile == Profile::round ? solid : p.body_stiffness,
           .retardation = p.body_retardation,
           .mass = p.body_rho * area,
-          .inertia = {rotary, rotary, 2.0 * rotary}};
+          .inertia = {rotary, rotary, 2.0 * rotary},
+          .reference = {curvature[0], curvature[1], curvature[2], 0.0, 0.0, 1.0}};
 }
 
 namespace {

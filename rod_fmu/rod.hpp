@@ -31,7 +31,7 @@ struct Section {
   Vec3 inertia;                                       // kg m, rotary inertia per length
   std::array<double, 6> reference{0, 0, 0, 0, 0, 1};  // xi*, 1/m and 1
 
-  static Section round(const Parameters& p);
+  static Section of(const Parameters& p);
 };
 
 /// Scratch of one evaluation: what residual() leaves for derivatives and outputs. Never part of a state.
@@ -59,7 +59,7 @@ struct Weights {
 class Rod {
  public:
   Rod() = default;
-  explicit Rod(const Parameters& p) : Rod(p, Section::round(p)) {}
+  explicit Rod(const Parameters& p) : Rod(p, Section::of(p)) {}
   Rod(const Parameters& p, const Section& section);
 
   int unknowns() const { return static_cast<int>(components_.size()) * terms_; }

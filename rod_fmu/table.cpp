@@ -22,6 +22,23 @@ void add_parameters(fmu::Table<rod::Data>& table, const rod::Parameters& p) {
   table.parameter("body.retardation", p.body_retardation, "s", "Kelvin-Voigt retardation time, damping / stiffness")
       .range(0, 1e6)
       .nominal(5e-3);
+  table.parameter("body.profile", p.body_profile, "", "round: stiffness of a solid cylinder; given: body.stiffness")
+      .choices({"round", "given"});
+  for (std::size_t c = 0; c < 6; ++c)
+    table
+        .parameter(fmu::indexed("body.stiffness", c), p.body_stiffness[c], c < 3 ? "N.m2" : "N",
+                   std::string(c < 2    ? "bending about "
+                               : c == 2 ? "torsion about "
+                               : c < 5  ? "shear along "
+                                        : "stretch along ") +
+                       axis[c % 3] + ", when profile = given")
+        .range(positive, huge);
+  for (std::size_t c = 0; c < 3; ++c)
+    table
+        .parameter(fmu::indexed("body.curvature", c), p.body_curvature[c], "1/m",
+                   std::string("curvature of the unloaded body about ") + axis[c])
+        .range(-1e6, 1e6)
+        .nominal(10);
   table.parameter("tca.offset", p.tca_offset, "m", "distance of the TCAs from the centreline")
       .range(0, 1e3)
       .nominal(2.5e-3);
@@ -34,6 +51,8 @@ void add_parameters(fmu::Table<rod::Data>& table, const rod::Parameters& p) {
         .nominal(100);
   table.parameter("tca.law", p.tca_law, "", "TCA law: from the wire's data, or measured stiffness and stroke")
       .choices({"wire", "measured"});
+  table.parameter("tca.pitch", p.tca_pitch, "", "pitch angle of the coils: frozen at its start, or following delta")
+      .choices({"frozen", "current"});
   table.parameter("tca.wire_length", p.tca_wire_length, "m", "length of the coiled wire")
       .range(positive, 1e3)
       .nominal(0.1);

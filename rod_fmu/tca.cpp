@@ -3,24 +3,36 @@
 #include <cmath>
 #include <numbers>
 
+#include "quadrature.hpp"
+
 namespace rod {
 
-TcaLaw::TcaLaw(const Parameters& p) : law_(p.tca_law), expansion_(p.tca_rho_T), T_0_(p.T_0) {
+TcaLaw::TcaLaw(const Parameters& p)
+    : law_(p.tca_law), pitch_(p.tca_pitch), expansion_(p.tca_rho_T), T_0_(p.T_0), wire_(p.tca_wire_length) {
   using std::numbers::pi;
   if (p.tca_law == Law::measured) {
-    stiffness = p.tca_stiffness;
+    stiffness_ = p.tca_stiffness;
     gain_ = p.tca_chirality * p.tca_stroke;
     return;
   }
-  const double l = p.tca_wire_length, d = p.tca_wire_diameter;
-  const double sin_a = p.body_length / l, cos_a = std::sqrt(1.0 - sin_a * sin_a);
-  const double R = l * cos_a / (2.0 * pi * p.tca_coils);
+  const double d = p.tca_wire_diameter, E = p.tca_E, G = E / 3.0;
   const double A = pi * d * d / 4.0, J = pi * std::pow(d, 4) / 32.0, I = J / 2.0;
-  const double E = p.tca_E, G = E / 3.0;
-  const double f1 = l * (R * R * cos_a * cos_a / (G * J) + R * R * sin_a * sin_a / (E * I) + sin_a * sin_a / (E * A) +
-                         cos_a * cos_a / (G * A));
-  stiffness = 1.0 / f1;
-  gain_ = p.tca_chirality * R * cos_a * 2.0 * pi * p.tca_twists;
+  const double radius = wire_ / (2.0 * pi * p.tca_coils);  // R/cos a
+  torsion_ = wire_ * radius * radius / (G * J);
+  bending_ = wire_ * radius * radius / (E * I);
+  axial_ = wire_ / (E * A);
+  shear_ = wire_ / (G * A);
+  x_0_ = p.body_length / wire_;
+  stiffness_ = 1.0 / coil(x_0_).f1;
+  gain_ = p.tca_chirality * radius * (1.0 - x_0_ * x_0_) * 2.0 * pi * p.tca_twists;
+}
+
+TcaLaw::Coil TcaLaw::coil(double x) const {
+  const double c2 = 1.0 - x * x, c2_0 = 1.0 - x_0_ * x_0_;  // cos^2 a; R cos a is radius * cos^2 a
+  return {.stroke = c2 / c2_0,
+          .stroke_slope = -2.0 * x / c2_0,
+          .f1 = torsion_ * c2 * c2 + bending_ * c2 * x * x + axial_ * x * x + shear_ * c2,
+          .f1_slope = 2.0 * x * (-2.0 * torsion_ * c2 + bending_ * (1.0 - 2.0 * x * x) + axial_ - shear_)};
 }
 
 double TcaLaw::free_stroke(double T) const {
@@ -36,12 +48,23 @@ double TcaLaw::stroke_slope(double T) const {
 }
 
 Tension TcaLaw::tension(double delta, double T) const {
-  return {stiffness * (delta - free_stroke(T)), stiffness, -stiffness * stroke_slope(T)};
+  const double stroke = free_stroke(T), slope = stroke_slope(T);
+  if (law_ == Law::measured || pitch_ == Pitch::frozen)
+    return {stiffness_ * (delta - stroke), stiffness_, -stiffness_ * slope};
+  const double x = x_0_ + delta / wire_;
+  if (!(std::abs(x) < 1.0)) return {NAN, NAN, NAN};
+  const Coil c = coil(x);
+  const double N = (delta - c.stroke * stroke) / c.f1;
+  return {N, (1.0 - (c.stroke_slope * stroke + c.f1_slope * N) / wire_) / c.f1, -c.stroke * slope / c.f1};
 }
 
 double TcaLaw::energy(double delta, double T) const {
-  const double stretch = delta - free_stroke(T);
-  return 0.5 * stiffness * stretch * stretch;
+  // int_0^delta N, above the energy of the TCA that is held at its reference length.
+  const Quadrature& grid = quadrature();
+  double work = 0.0;
+  for (int k = 0; k < nodes; ++k) work += grid.w[k] * delta * tension(grid.s[k] * delta, T).value;
+  const double stroke = free_stroke(T);
+  return work + 0.5 * stiffness_ * stroke * stroke;
 }
 
 }  // namespace rod

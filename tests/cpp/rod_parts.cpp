@@ -90,7 +90,7 @@ TEST(RodRotations, AgreesWithManySmallTurns) {
 TEST(RodTca, LawOfTheDefaultSet) {
   const Parameters p;
   const TcaLaw law(p);
-  EXPECT_NEAR(law.stiffness, 79.5378, 1e-4);
+  EXPECT_NEAR(law.stiffness(), 79.5378, 1e-4);
   EXPECT_NEAR(law.free_stroke(p.T_0 + 40.0), 7.95322e-3, 1e-8);
   EXPECT_EQ(law.tension(0.0, p.T_0).value, 0.0);
   EXPECT_LT(law.tension(0.0, p.T_0 + 40.0).value, 0.0) << "a hot extension TCA pushes";

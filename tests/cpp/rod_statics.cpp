@@ -46,7 +46,7 @@ TEST(RodStatics, WithoutLoadsBodyAndActuatorsCarryNoWrench) {
   bench.inputs.T[0][0] = 350.0, bench.inputs.T[1][0] = 320.0;
   ASSERT_TRUE(bench.settle());
   bench.look();
-  const Section section = Section::round(p);
+  const Section section = Section::of(p);
   const Work& work = bench.scratch.newton.work;
   // Strain is constant: the order-0 coefficients are the strains, and W = K (xi - xi*) + sum N [r x t; t] must vanish.
   for (int j = 6; j < bench.rod.unknowns(); ++j) EXPECT_NEAR(bench.state.q[j], 0.0, 1e-12);
@@ -68,8 +68,8 @@ TEST(RodStatics, WithoutLoadsBodyAndActuatorsCarryNoWrench) {
 TEST(RodStatics, SmallStrainClosedForms) {
   const Parameters p;
   const TcaLaw law(p);
-  const Section section = Section::round(p);
-  const double EI = section.stiffness[0], EA = section.stiffness[5], k = law.stiffness, L = p.body_length,
+  const Section section = Section::of(p);
+  const double EI = section.stiffness[0], EA = section.stiffness[5], k = law.stiffness(), L = p.body_length,
                r = p.tca_offset;
   const double dT = 1e-4;
   Bench all(p), one(p);
@@ -100,7 +100,7 @@ TEST(RodStatics, HigherOrdersChangeNothingWithoutLoads) {
 TEST(RodStatics, RollUpClosesOnItself) {
   Parameters p = rod_test::bare_rod();
   Bench bench(p);
-  bench.inputs.tip_moment[1][0] = 2 * M_PI * Section::round(p).stiffness[1] / p.body_length;
+  bench.inputs.tip_moment[1][0] = 2 * M_PI * Section::of(p).stiffness[1] / p.body_length;
   ASSERT_TRUE(bench.settle());
   const Outputs y = bench.look();
   for (double x : y.tip_p) EXPECT_NEAR(x, 0.0, 1e-12);
@@ -117,7 +117,7 @@ TEST(RodStatics, ElasticaUnderADeadTipForce) {
   p.order = 7;
   for (const auto& [load, deflection, shortening, angle] : known) {
     Bench bench(p);
-    bench.inputs.tip_force[0][0] = load * Section::round(p).stiffness[0] / (p.body_length * p.body_length);
+    bench.inputs.tip_force[0][0] = load * Section::of(p).stiffness[0] / (p.body_length * p.body_length);
     ASSERT_TRUE(bench.settle());
     const Outputs y = bench.look();
     EXPECT_NEAR(y.tip_p[0] / p.body_length, deflection, 1e-6);
