@@ -128,7 +128,7 @@ TEST(RodDynamics, EnergyIsKeptOrAccountedFor) {
     };
     const double before = total();
     ASSERT_EQ(advance(bench, Method::rosenbrock, 0.5, 1e-9).reached, 0.5);
-    EXPECT_NEAR(total(), before, 1e-7 * before) << "retardation " << retardation;
+    EXPECT_NEAR(total(), before, 1e-8 * before) << "retardation " << retardation;
     EXPECT_EQ(bench.state.dissipated > 1e-6, retardation > 0.0);
   }
 }
