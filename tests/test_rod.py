@@ -9,7 +9,7 @@ import pytest
 from fmpy.fmi1 import FMICallException
 from fmu_host import ROOT, FMU2Host
 from scipy.linalg import expm
-from scipy.optimize import fsolve
+from scipy.optimize import root
 from scipy.spatial.transform import Rotation
 
 ROD = ROOT / "fmus/rod.fmu"
@@ -43,7 +43,7 @@ def constant_strain(kelvin: list[float]) -> tuple[np.ndarray, np.ndarray, np.nda
             total += np.concatenate([np.cross(r, force), force])
         return total / K
 
-    xi = fsolve(balance, rest, xtol=1e-12)
+    xi = root(balance, rest, tol=1e-12).x
     kappa, direction = xi[:3], xi[3:]
     hat = np.array([[0, -kappa[2], kappa[1]], [kappa[2], 0, -kappa[0]], [-kappa[1], kappa[0], 0]])
     pose = expm(LENGTH * np.block([[hat, direction[:, None]], [np.zeros((1, 4))]]))
