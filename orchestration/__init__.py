@@ -10,6 +10,17 @@ Flow: scene -> master -> subsystems -> results -> charts; nothing later in it is
 from .errors import CosimError, CouplingError, SceneError, SubsystemError
 from .results import write
 from .run import run
-from .scene import Scene, names, read
+from .scene import Coupling, Scene, read, titles
 
-__all__ = ["CosimError", "CouplingError", "Scene", "SceneError", "SubsystemError", "names", "read", "run", "write"]
+__all__ = [
+    "CosimError",
+    "Coupling",
+    "CouplingError",
+    "Scene",
+    "SceneError",
+    "SubsystemError",
+    "read",
+    "run",
+    "titles",
+    "write",
+]

@@ -30,7 +30,8 @@ class Settings:
 
 
 def step_node(node: Node, time: float, length: float, exchange: Exchange) -> None:
-    """Forward inputs, then the subsystem's own step; torn and external inputs are set already. Raises SubsystemError."""
+    """Forward inputs, then the subsystem's own step; torn and external inputs are set already. Raises
+    SubsystemError."""
     for link in node.forward:
         source = link.source
         node.inputs[:, link.targets] = exchange.fit((*source.samples, source.now), time)[:, link.columns]

@@ -30,15 +30,16 @@ class Linear:
     has_rates: bool = True
     can_rollback: bool = True
     takes_polynomials: bool = True
+    state: np.ndarray = field(init=False)  # (n,)
     steps: int = field(default=0, init=False)  # counts step(), for tests
 
     def __post_init__(self) -> None:
-        self._x = np.array(self.start, dtype=float)
+        self.state = np.array(self.start, dtype=float)
         self._u = np.zeros((4, len(self.inputs)))
         self._flows: dict[float, np.ndarray] = {}
 
     def initialise(self, time: float, values: np.ndarray) -> np.ndarray:
-        self._x = np.array(self.start, dtype=float)
+        self.state = np.array(self.start, dtype=float)
         self._u[:] = 0.0
         self._u[0] = values
         return self.values()
@@ -52,23 +53,23 @@ class Linear:
     def step(self, time: float, length: float) -> None:
         self.steps += 1
         flow = self._flow(length)
-        z = flow @ np.concatenate([self._x, self._u.ravel()])
-        n = len(self._x)
-        self._x = z[:n]
+        z = flow @ np.concatenate([self.state, self._u.ravel()])
+        n = len(self.state)
+        self.state = z[:n]
         self._u[0] = z[n : n + len(self.inputs)]
         self._u[1:] = z[n + len(self.inputs) :].reshape(3, -1)
 
     def values(self) -> np.ndarray:
-        return self.C @ self._x + self.D @ self._u[0]
+        return self.C @ self.state + self.D @ self._u[0]
 
     def rates(self) -> np.ndarray:
-        return self.C @ (self.A @ self._x + self.B @ self._u[0]) + self.D @ self._u[1]
+        return self.C @ (self.A @ self.state + self.B @ self._u[0]) + self.D @ self._u[1]
 
     def save(self, into: object = None) -> tuple[np.ndarray, np.ndarray]:
-        return self._x.copy(), self._u.copy()
+        return self.state.copy(), self._u.copy()
 
     def restore(self, state: tuple[np.ndarray, np.ndarray]) -> None:
-        self._x, self._u = state[0].copy(), state[1].copy()
+        self.state, self._u = state[0].copy(), state[1].copy()
 
     def free(self, state: object) -> None:
         pass
@@ -78,7 +79,7 @@ class Linear:
 
     def _flow(self, length: float) -> np.ndarray:
         if length not in self._flows:
-            n, m = len(self._x), len(self.inputs)
+            n, m = len(self.state), len(self.inputs)
             generator = np.zeros((n + 4 * m, n + 4 * m))
             generator[:n, :n] = self.A
             generator[:n, n : n + m] = self.B

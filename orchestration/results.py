@@ -129,7 +129,7 @@ def _about(scene: Scene, status: str) -> dict[str, Any]:
         m.name: {
             "fmu": m.archive.path.name,
             "guid": m.archive.guid,
-            "parameters": dict(m.parameters),
+            "parameters": {v: m.value(v) for v, about in m.archive.variables.items() if about.causality == "parameter"},
             "signals": {name: [type(signal).__name__, asdict(signal)] for name, signal in m.signals.items()},
         }
         for m in scene.members

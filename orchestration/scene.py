@@ -34,7 +34,7 @@ if sys.version_info >= (3, 11):
 else:
     import tomli as tomllib
 
-__all__ = ["Coupling", "Member", "Scene", "names", "read"]
+__all__ = ["Coupling", "Member", "Scene", "read", "titles"]
 
 Value = float | int | bool
 
@@ -104,9 +104,9 @@ _TOP = ("title", "stop_time", "parameters", "connections", "fmus", "coupling")
 _FMUS = {"thermal": "thermal.fmu", "rod": "rod.fmu"}
 
 
-def names() -> dict[str, Path]:
-    """The scenes that come with the package."""
-    return _shipped("scenes")
+def titles() -> dict[str, tuple[str, Path]]:
+    """Title and file of every scene that comes with the package, by name; nothing else in them is looked at."""
+    return {name: (str(_load(path).raw.get("title", name)), path) for name, path in _shipped("scenes").items()}
 
 
 def read(source: str | Path, overrides: Sequence[str] = ()) -> Scene:

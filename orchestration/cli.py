@@ -1,0 +1,123 @@
+"""The command line: tca-cosim run | paper | export | list. An error a user can mend is one message and exit code 2."""
+
+from __future__ import annotations
+
+import contextlib
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Annotated
+
+import typer
+import xarray as xr
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Table
+
+from . import paper, results
+from .archive import find_fmu
+from .errors import CosimError
+from .paper import figure
+from .run import run as run_scene
+from .scene import Scene, read, titles
+
+__all__ = ["app"]
+
+app = typer.Typer(no_args_is_help=True, add_completion=False, help="Co-simulation of soft manipulators driven by TCAs.")
+out = Console()
+
+Overrides = Annotated[list[str], typer.Option("--set", help="key=value as in a scene: rod.order=2, thermal.V='1 V'")]
+Folder = Annotated[Path, typer.Option("--out", help="Folder for what is written")]
+
+
+@app.command("run")
+def run_command(
+    scene: Annotated[str, typer.Argument(help="Name of a scene (tca-cosim list) or a .toml file")],
+    override: Overrides = [],  # noqa: B006 (typer copies it)
+    folder: Folder = Path("results"),
+) -> None:
+    """Runs one scene; writes NAME.nc and NAME.csv."""
+    with _reported():
+        described = read(scene, override)
+        try:
+            result = _run(described)
+        except CosimError as error:
+            if (partial := getattr(error, "partial", None)) is not None:
+                path = folder / f"{described.name}.partial.nc"
+                results.write(partial, path)
+                out.print(f"what was computed until then: {path}", highlight=False)
+            raise
+        for ending in ("nc", "csv"):
+            results.write(result, folder / f"{described.name}.{ending}")
+        _summarise(described, result)
+        out.print(f"written: {folder / described.name}.nc, .csv", highlight=False)
+
+
+@app.command("paper")
+def paper_command(folder: Folder = Path("results")) -> None:
+    """Runs the paper's three scenes; draws its Fig. 3 with the values read off the paper; prints how far apart they
+    are."""
+    with _reported():
+        scenes = {name: read(name) for name in paper.SCENES}
+        computed = {name: _run(scene) for name, scene in scenes.items()}
+        table = Table("scene", "rms temperature [K]", "rms angle [rad]", "mean sweeps per macro step")
+        for name, result in computed.items():
+            temperature, angle = paper.deviations(result, name)
+            table.add_row(
+                name, f"{temperature:.3f}", f"{angle:.4f}", f"{float(result['coupling.sweeps'][1:].mean()):.2f}"
+            )
+        out.print(table)
+        paths = figure.save(figure.draw(scenes, computed), folder)
+        out.print("written: " + ", ".join(map(str, paths)), highlight=False)
+
+
+@app.command()
+def export(folder: Annotated[Path, typer.Argument(help="Where to put them")]) -> None:
+    """Copies thermal.fmu and rod.fmu, to drop into another tool."""
+    with _reported():
+        found = [find_fmu(name) for name in ("thermal.fmu", "rod.fmu")]
+        folder.mkdir(parents=True, exist_ok=True)
+        for path in found:
+            shutil.copy2(path, folder)
+            out.print(f"written: {folder / path.name}", highlight=False)
+
+
+@app.command("list")
+def list_command() -> None:
+    """The scenes that come with the package."""
+    with _reported():
+        table = Table("scene", "title", "file")
+        for name, (title, path) in titles().items():
+            table.add_row(name, title, str(path))
+        out.print(table)
+
+
+@contextlib.contextmanager
+def _reported() -> Iterator[None]:
+    try:
+        yield
+    except (CosimError, OSError) as error:
+        Console(stderr=True).print("[bold red]error:[/] ", end="")
+        Console(stderr=True, soft_wrap=True, highlight=False, markup=False).print(str(error))
+        raise typer.Exit(2) from None
+
+
+def _run(scene: Scene) -> xr.Dataset:
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("{task.completed:.1f}/{task.total:g} s"),
+        TimeRemainingColumn(),
+    )
+    with Progress(*columns, console=out, transient=True) as bar:
+        task = bar.add_task(scene.name, total=scene.stop_time)
+        return run_scene(scene, lambda time: bar.update(task, completed=time))
+
+
+def _summarise(scene: Scene, result: xr.Dataset) -> None:
+    steps = result.sizes["time"] - 1
+    sweeps = float(result["coupling.sweeps"][1:].mean())
+    out.print(
+        f"{scene.title}: {steps} macro steps, {sweeps:.2f} sweeps each, gain {float(result['coupling.gain'][-1]):.3g}",
+        highlight=False,
+    )

@@ -1,0 +1,201 @@
+"""The master's own duties: order of work, events, rollback, retries, failures."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from analytic import couple, dahlquist, linear, wires
+
+from orchestration import CouplingError, SubsystemError
+from orchestration.linear import Linear
+from orchestration.signals import Ramps, Sine, Steps
+from orchestration.stepping import Doubling
+from orchestration.wiring import loops
+
+
+class Wrapped:
+    """A linear system that keeps a diary and can be made to refuse."""
+
+    def __init__(self, inner: Linear, longest: float = math.inf, partial: bool = False) -> None:
+        self.inner, self.longest, self.partial = inner, longest, partial
+        self.saves = self.restores = self.tries = 0
+        self.handles: set[int] = set()
+
+    def __getattr__(self, name: str) -> object:
+        return getattr(self.inner, name)
+
+    def step(self, time: float, length: float) -> None:
+        self.tries += 1
+        if length > self.longest:
+            reached = None
+            if self.partial:
+                self.inner.step(time, self.longest)
+                reached = time + self.longest
+            raise SubsystemError(f"{self.inner.name}: longer than {self.longest}", reached)
+        self.inner.step(time, length)
+
+    def save(self, into: object = None) -> object:
+        self.saves += 1
+        state = self.inner.save()
+        if into is None:
+            into = [None]
+            self.handles.add(id(into))
+        into[0] = state
+        return into
+
+    def restore(self, state: list) -> None:
+        self.restores += 1
+        self.inner.restore(state[0])
+
+    def free(self, state: list) -> None:
+        self.handles.remove(id(state))
+
+
+def driven(signal: object) -> dict:
+    return {"integrator": {"u": signal}}
+
+
+def integrator() -> Linear:
+    return linear("integrator", [0], [1], [1], [0], [0], "u", "y")
+
+
+def test_what_feeds_a_loop_is_stepped_once_per_macro_step() -> None:
+    source = linear("source", [-1], [], [1], [], [1], "", "T")
+    loop = linear("loop", [-1], [0, 1], [1], [0, 0], [0], "T guess", "y")
+    law = linear("law", [], [], [], [-4, 1], [], "y T", "u")
+    connections = wires("source.T -> law.T", "loop.y -> law.y", "law.u -> loop.guess")
+    _, log = couple([law, loop, source], connections, 1.0, 0.1)
+    assert source.steps == len(log) == 10
+    assert loop.steps == sum(entry.sweeps for entry in log) > 10
+
+
+def test_order_of_work() -> None:
+    connections = wires("b.y -> c.u", "c.y -> b.u", "c.y -> a.u", "d.y -> b.v", "a.y -> a.w")
+    found = loops(["a", "b", "c", "d"], connections)
+    assert [loop.members for loop in found] == [("d",), ("b", "c"), ("a",)]
+    assert [[str(c) for c in loop.torn] for loop in found] == [[], ["c.y -> b.u"], ["a.y -> a.w"]]
+    assert len(loops(["b", "c", "d", "a"], connections, jacobi=True)[1].torn) == 2
+
+
+@pytest.mark.parametrize(
+    ("signal", "exact"),
+    [
+        (Steps((0.0, 0.33, 0.77), (2.0, -1.0, 4.0)), 2.0 * 0.33 - 0.44 + 4.0 * 0.23),
+        (Ramps((0.2, 0.45, 0.7), (1.0, 3.0, -1.0)), 0.2 + 0.5 + 0.25 - 0.3),
+    ],
+    ids=["steps", "ramps"],
+)
+def test_events_are_hit_exactly(signal: object, exact: float) -> None:
+    system = integrator()
+    _, log = couple([system], [], 1.0, 0.1, signals=driven(signal), breaks=signal.breaks)
+    assert system.values()[0] == pytest.approx(exact, abs=1e-14)
+    assert set(signal.breaks) - {0.0} <= {entry.time for entry in log}
+    assert max(entry.step for entry in log) <= 0.1 + 1e-12
+    assert min(entry.step for entry in log) > 0.05
+
+
+def test_smooth_signals_are_of_fourth_order() -> None:
+    errors = []
+    for step in (0.1, 0.05):
+        system = integrator()
+        couple([system], [], 1.0, step, signals=driven(Sine(0.5, 2.0, 1.7, 0.3)))
+        rate = 2.0 * math.pi / 1.7
+        errors.append(abs(system.values()[0] - 0.5 - 2.0 / rate * (math.cos(0.3) - math.cos(rate + 0.3))))
+    assert math.log2(errors[0] / errors[1]) == pytest.approx(4.0, abs=0.1)
+
+
+def test_state_is_saved_once_per_macro_step_and_handles_are_reused() -> None:
+    plant, law = (Wrapped(system) for system in dahlquist()[0])
+    _, log = couple([plant, law], dahlquist()[1], 1.0, 0.1)
+    assert plant.saves == 10
+    assert plant.restores == plant.tries - 10 == sum(entry.sweeps - 1 for entry in log)
+    assert len(plant.handles) == 1
+
+
+def test_doubling_releases_its_handles_and_keeps_to_its_tolerance() -> None:
+    errors = []
+    for tolerance in (1e-4, 1e-6):
+        systems = [Wrapped(system) for system in dahlquist()[0]]
+        control = Doubling(0.1, tolerance, least=1e-5, most=1.0)
+        _, log = couple(systems, dahlquist()[1], 2.0, control=control, tolerance=1e-10)
+        errors.append(abs(systems[0].values()[0] - math.exp(-10.0)))
+        assert len(systems[0].handles) == 1
+        assert log[-1].time == 2.0
+        assert max(entry.step for entry in log) > 2.0 * min(entry.step for entry in log)
+    assert errors[1] < 0.1 * errors[0] < 1e-3
+
+
+@pytest.mark.parametrize("partial", [False, True], ids=["refusing", "discarding"])
+def test_a_step_too_long_for_a_subsystem_is_tried_shorter(partial: bool) -> None:
+    systems = [Wrapped(system, longest=0.03, partial=partial) for system in dahlquist()[0]]
+    reference, _ = dahlquist()
+    _, log = couple(systems, dahlquist()[1], 0.5, 0.1, waveform="hermite", tolerance=1e-10)
+    couple(reference, dahlquist()[1], 0.5, 0.025, waveform="hermite", tolerance=1e-10)
+    assert log[-1].time == 0.5
+    assert max(entry.step for entry in log) <= 0.03
+    assert systems[0].values()[0] == pytest.approx(
+        math.exp(-2.5), abs=3.0 * abs(reference[0].values()[0] - math.exp(-2.5)) + 1e-9
+    )
+
+
+def test_a_subsystem_that_always_refuses_ends_the_run_with_its_words() -> None:
+    systems = [Wrapped(system) for system in dahlquist()[0]]
+    systems[0].longest = 0.0
+    with pytest.raises(CouplingError, match="plant: longer than 0") as caught:
+        couple(systems, dahlquist()[1], 1.0, 0.1, halvings=4)
+    assert systems[0].tries == 5
+    assert caught.value.step == pytest.approx(0.1 / 16.0)
+    assert systems[0].state == pytest.approx([1.0], abs=0.0)
+
+
+def test_a_hopeless_iteration_names_time_residuals_gain_and_remedy() -> None:
+    plant = linear("plant", [], [], [], [1, 1], [], "u ramp", "x")
+    law = linear("law", [], [], [], [-3.2], [], "x", "u")
+    connections = wires("plant.x -> law.x", "law.u -> plant.u")
+    signals = {"plant": {"ramp": Ramps((0.0, 10.0), (0.0, 1.0))}}
+    with pytest.raises(CouplingError) as caught:
+        couple([plant, law], connections, 1.0, 0.1, method="plain", signals=signals)
+    error = caught.value
+    assert error.time == 0.0
+    assert error.gain == pytest.approx(3.2, rel=1e-6)
+    assert error.residuals[-1] > 1e3 * error.residuals[0] > 0.0
+    assert "3.2" in str(error)
+    assert "iqn" in error.remedy
+
+
+def test_without_rollback_only_explicit_coupling_runs() -> None:
+    systems, connections = dahlquist()
+    systems[0].can_rollback = False
+    with pytest.raises(SubsystemError, match="method = 'none'"):
+        couple(systems, connections, 1.0, 0.1)
+    couple(systems, connections, 1.0, 0.1, method=None)
+
+
+def test_what_a_subsystem_cannot_do_is_said_before_the_start() -> None:
+    systems, connections = dahlquist()
+    systems[1].has_rates = False
+    with pytest.raises(SubsystemError, match="no output derivatives"):
+        couple(systems, connections, 1.0, 0.1, waveform="hermite")
+    systems[0].takes_polynomials = False
+    with pytest.raises(SubsystemError, match="'held'"):
+        couple(systems, connections, 1.0, 0.1, waveform="linear", through="linear")
+    couple(systems, connections, 1.0, 0.1, waveform="held", through="held")
+
+
+def test_feedthrough_is_consistent_at_the_start_and_behind_events() -> None:
+    """x = s(t) - 3 x / 2 - 3 x / 2, gain 3, where s jumps: the waveform's slopes and values settle without a step."""
+    a = linear("a", [], [], [], [1, 1], [], "u s", "x")
+    b = linear("b", [], [], [], [-3], [], "x", "u")
+    signal = Steps((0.0, 0.5), (1.0, -2.0))
+    master, _ = couple(
+        [a, b],
+        wires("a.x -> b.x", "b.u -> a.u"),
+        1.0,
+        0.25,
+        waveform="hermite",
+        signals={"a": {"s": signal}},
+        breaks=signal.breaks,
+    )
+    np.testing.assert_allclose(master.outputs(), [-0.5, 1.5], atol=1e-6)

@@ -1,0 +1,106 @@
+"""The paper's three scenes with the real FMUs: against the figure, against the rod that closes its loop itself, and
+their price."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import orchestration as tca
+from orchestration import paper
+from orchestration.paper import figure
+
+
+@pytest.fixture(scope="module")
+def computed() -> dict[str, xr.Dataset]:
+    return {name: tca.run(tca.read(name)) for name in paper.SCENES}
+
+
+@pytest.mark.parametrize("name", paper.SCENES)
+def test_against_the_figure(computed: dict[str, xr.Dataset], name: str) -> None:
+    """Bars: the reading error of the figure, 0.3 K and 0.01 rad, and what the identified parameters leave."""
+    temperature, angle = paper.deviations(computed[name], name)
+    assert temperature <= 0.3
+    assert angle <= 0.04
+
+
+@pytest.mark.parametrize("name", paper.SCENES)
+def test_tip_against_the_top_view(computed: dict[str, xr.Dataset], name: str) -> None:
+    """Read to 0.5 mm; an angle error of 0.04 rad moves the tip by up to 1.6 mm."""
+    tip = computed[name]["rod.tip.p"].to_numpy() * 1e3
+    for t, x, y in paper.tips(name):
+        at = [np.interp(t, computed[name]["time"], tip[:, k]) for k in (0, 1)]
+        assert np.hypot(at[0] - x, at[1] - y) <= 2.1
+
+
+@pytest.mark.parametrize("name", paper.SCENES)
+def test_loop_closed_by_the_master_or_inside_the_rod(computed: dict[str, xr.Dataset], name: str) -> None:
+    inside = tca.run(tca.read(name, ["rod.closure=inside"]))
+    assert np.abs(inside["rod.delta"] - computed[name]["rod.delta"]).max() <= 1e-8
+    assert np.abs(inside["rod.tip.p"] - computed[name]["rod.tip.p"]).max() <= 1e-7
+
+
+@pytest.mark.parametrize("name", paper.SCENES)
+def test_sweeps_and_gain(computed: dict[str, xr.Dataset], name: str) -> None:
+    """Stretch has the gain 3.2 in theory, warm-started IQN needs about two sweeps."""
+    assert computed[name]["coupling.sweeps"][1:].mean() <= 2.5
+    assert computed[name]["coupling.gain"][1:].median() == pytest.approx(3.2, abs=0.1)
+    assert computed[name]["coupling.error"].max() <= 1e-6
+
+
+def test_the_switch_is_hit_exactly(computed: dict[str, xr.Dataset]) -> None:
+    result = computed["switch"]
+    (at,) = np.flatnonzero(result["time"].to_numpy() == 15.0)
+    np.testing.assert_array_equal(result["thermal.V"][at], [3.0, 0.0, 0.0])
+    np.testing.assert_array_equal(result["thermal.V"][at + 1], [0.0, 3.0, 0.0])
+
+
+@pytest.mark.parametrize("name", paper.SCENES)
+def test_default_step_against_one_ten_times_smaller(computed: dict[str, xr.Dataset], name: str) -> None:
+    """Coupling error of the default: 1e-5 of the body's length, 40 mm."""
+    fine = tca.run(tca.read(name, ["coupling.macro_step=0.01"]))
+    np.testing.assert_allclose(fine["time"][::10], computed[name]["time"], atol=1e-9)
+    assert np.abs(fine["rod.tip.p"].to_numpy()[::10] - computed[name]["rod.tip.p"].to_numpy()).max() <= 1e-5 * 0.04
+
+
+@pytest.mark.parametrize("method", ["aitken", "broyden", "newton", "relaxed"])
+def test_every_convergent_method_gives_the_same(method: str) -> None:
+    short = ["stop_time=2", "coupling.max_sweeps=200"]
+    one, other = tca.run(tca.read("step", short)), tca.run(tca.read("step", [*short, f"coupling.method={method}"]))
+    assert np.abs(one["rod.delta"] - other["rod.delta"]).max() <= 1e-8
+
+
+def test_plain_iteration_diverges_and_names_the_gain() -> None:
+    with pytest.raises(tca.CouplingError) as caught:
+        tca.run(tca.read("plain"))
+    assert caught.value.gain == pytest.approx(3.2, abs=0.1)
+
+
+@pytest.mark.parametrize("method", ["iqn", "aitken", "broyden", "newton", "relaxed"])
+def test_two_way_feedback(method: str) -> None:
+    """Resistance that follows temperature and displacement: the heat is part of the loop."""
+    overrides = ["stop_time=2", "thermal.tca.beta=0.1", "thermal.tca.alpha_T=0.004", "coupling.max_sweeps=200"]
+    result = tca.run(tca.read("step", [*overrides, f"coupling.method={method}"]))
+    inside = tca.run(tca.read("step", [*overrides, "rod.closure=inside"]))
+    assert np.abs(result["rod.delta"] - inside["rod.delta"]).max() <= 2e-8
+    np.testing.assert_allclose(result["thermal.delta"][1:], result["rod.delta"][1:], atol=1e-8)
+
+
+def test_figure(computed: dict[str, xr.Dataset], tmp_path: Path) -> None:
+    drawn = figure.draw({name: tca.read(name) for name in paper.SCENES}, computed)
+    paths = figure.save(drawn, tmp_path)
+    assert [path.suffix for path in paths] == [".png", ".svg", ".pdf"]
+    assert all(path.stat().st_size > 10_000 for path in paths)
+    for column, name in enumerate(paper.SCENES):
+        temperatures = drawn.axes[3 + column]
+        assert len(temperatures.lines) == 6
+        np.testing.assert_array_equal(temperatures.lines[1].get_ydata(), paper.readings(name)["T1"].value)
+
+
+def test_points_near_the_switch_and_the_start_do_not_count() -> None:
+    sharp = paper.readings("switch")["T1"].sharp()
+    assert sharp.time.min() > 0.6
+    assert np.abs(sharp.time - 15.0).min() > 0.3

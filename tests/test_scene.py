@@ -1,0 +1,205 @@
+"""Scenes: what is read, and that every slip is refused with file, key, value and remedy."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import orchestration as tca
+from orchestration import scene as scenes
+from orchestration.signals import Constant, Ramps, Sine, Steps
+
+GOOD = """
+stop_time = "30 s"
+[thermal]
+V = ["0 V", "1.5 V", "3 V"]
+[rod]
+closure = "exchanged"
+dynamic = false
+[coupling]
+macro_step = "0.1 s"
+"""
+
+
+def written(folder: Path, text: str) -> Path:
+    path = folder / "mine.toml"
+    path.write_text(text)
+    return path
+
+
+def test_shipped_scenes_are_read() -> None:
+    for name in tca.titles():
+        scene = tca.read(name)
+        assert scene.stop_time == 30.0
+        assert scene.member("rod").value("closure") == 2
+        assert len(scene.connections) == 6
+
+
+def test_the_switch_is_an_event() -> None:
+    signals = tca.read("switch").member("thermal").signals
+    assert signals["V[1]"] == Steps((0.0, 15.0), (3.0, 0.0))
+    assert signals["V[1]"].breaks == (15.0,)
+    assert signals["V[3]"] == Constant(0.0)
+
+
+@pytest.mark.parametrize("name", ["fig3", "literature", "paper_literal", "measured"])
+def test_parameter_sets(name: str, tmp_path: Path) -> None:
+    """Values of the table of parameter sets, in SI units."""
+    scene = tca.read(written(tmp_path, f'parameters = "{name}"' + GOOD))
+    thermal, rod = scene.member("thermal"), scene.member("rod")
+    expected = {
+        "fig3": (0.19, 0.669e6, 0.969e6, 6.9, 6.5e-4),
+        "literature": (4.6, 1.092e6, 1.647e6, 5.66, 6.5e-4),
+        "paper_literal": (0.19, 0.669e6, 0.969e6, 10.0, 5e-5),
+        "measured": (0.19, 0.669e6, 0.969e6, 6.9, 6.5e-4),
+    }[name]
+    found = [thermal.value(v) for v in ("tca.k", "body.rho_c", "tca.rho_c", "tca.R[2]")] + [rod.value("tca.rho_T")]
+    assert found == pytest.approx(expected)
+    if name == "measured":
+        assert (rod.value("tca.law"), rod.value("tca.stiffness"), rod.value("tca.stroke")) == (2, 10.0, 1.5e-4)
+
+
+def test_units_and_signals(tmp_path: Path) -> None:
+    text = (
+        GOOD
+        + """
+[rod.body]
+length = "35 mm"
+[rod.tip_force]
+"""
+    )
+    text = """
+stop_time = "0.5 min"
+[thermal]
+T_ambient = "20 degC"
+"V[1]" = { sine = { offset = "1500 mV", amplitude = "1.5 V", period = "30 s", phase = "90 deg" } }
+V = 1.0
+[rod]
+body.length = "35 mm"
+tip_force = [{ ramps = [["0 s", "0 N"], ["1 s", "10 mN"]] }, "0 N", 0.0]
+T = "300 K"
+"""
+    scene = tca.read(written(tmp_path, text.replace("V = 1.0\n", "")))
+    thermal, rod = scene.member("thermal"), scene.member("rod")
+    assert scene.stop_time == 30.0
+    assert thermal.signals["T_ambient"] == Constant(pytest.approx(293.15))
+    assert thermal.signals["V[1]"] == Sine(1.5, 1.5, 30.0, pytest.approx(1.5707963267948966))
+    assert rod.value("body.length") == pytest.approx(0.035)
+    assert rod.signals["tip_force[1]"] == Ramps((0.0, 1.0), (0.0, pytest.approx(0.01)))
+    assert [c for c in scene.connections if c.target[1].startswith("T[")] == []  # what is set is not wired
+
+
+def test_wiring_follows_what_acts(tmp_path: Path) -> None:
+    def connected(*overrides: str) -> set[str]:
+        return {
+            f"{c.source[0]}.{c.source[1][:-3]}->{c.target[0]}.{c.target[1][:-3]}"
+            for c in tca.read("step", overrides).connections
+        }
+
+    assert connected() == {"thermal.T->rod.T", "rod.delta->rod.delta_guess"}
+    assert connected("rod.closure=inside") == {"thermal.T->rod.T"}
+    assert connected("thermal.tca.beta=0.1") == {
+        "thermal.T->rod.T",
+        "rod.delta->rod.delta_guess",
+        "rod.delta->thermal.delta",
+    }
+
+
+# what is changed in GOOD, its replacement, what the error must say
+SLIPS = {
+    "unknown section": ("[coupling]", "[copling]", ["copling", "did you mean 'coupling'"]),
+    "unknown key": ("macro_step", "makro_step", ["coupling.makro_step", "did you mean 'macro_step'"]),
+    "unknown top key": ("stop_time", "stop", ["stop", "did you mean 'stop_time'"]),
+    "unknown variable": ("closure", "closur", ["rod.closur", "did you mean 'closure'"]),
+    "unknown item": ('"exchanged"', '"exchange"', ["rod.closure", "did you mean 'exchanged'"]),
+    "wrong unit": ('"1.5 V"', '"1.5 mm"', ["thermal.V[2]", "1.5 mm", "'V'"]),
+    "unknown unit": ('"1.5 V"', '"1.5 bolt"', ["thermal.V[2]", "bolt"]),
+    "not a number": ('"1.5 V"', '"much"', ["thermal.V[2]", "much"]),
+    "wrong type": ('"1.5 V"', "true", ["thermal.V[2]", "wrong type"]),
+    "nan": ('"1.5 V"', "nan", ["thermal.V[2]", "not finite"]),
+    "infinite": ('"1.5 V"', "inf", ["thermal.V[2]", "not finite"]),
+    "wrong count": ('"0 V", ', "", ["thermal.V", "2 values for 3"]),
+    "boolean as number": ("dynamic = false", "dynamic = 0", ["rod.dynamic", "true, false"]),
+    "real as integer": ("dynamic = false", "order = 2.5", ["rod.order", "whole number"]),
+    "order out of range": ("dynamic = false", "order = 99", ["rod.order", "99", "0 to 7"]),
+    "negative length": ("dynamic = false", 'body.length = "-40 mm"', ["rod.body.length", "-40 mm", "out of range"]),
+    "output set": ("dynamic = false", "delta = 1e-3", ["rod.delta[1]", "output"]),
+    "no stop": ('stop_time = "30 s"', "", ["stop_time", "missing"]),
+    "negative stop": ('"30 s"', '"-1 s"', ["stop_time", "out of range"]),
+    "zero step": ('"0.1 s"', "0.0", ["coupling.macro_step", "out of range"]),
+    "parameter set": ("[thermal]", 'parameters = "fig4"\n[thermal]', ["fig4", "did you mean 'fig3'"]),
+    "signal on a parameter": ("dynamic = false", "order = { steps = [[0, 1]] }", ["rod.order", "whole number"]),
+    "unknown signal": ('"1.5 V"', "{ step = [[0, 1]] }", ["thermal.V[2]", "steps, ramps, sine"]),
+    "signal backwards": ('"1.5 V"', "{ steps = [[1, 1], [0, 2]] }", ["thermal.V[2]", "times must increase"]),
+    "sine without period": ('"1.5 V"', "{ sine = { amplitude = 1 } }", ["thermal.V[2]", "without period"]),
+    "sine typo": ('"1.5 V"', "{ sine = { amplitude = 1, perod = 2 } }", ["perod", "did you mean 'period'"]),
+    "unknown connection": (
+        "[thermal]",
+        'connections = ["thermal.Q -> rod.T"]\n[thermal]',
+        ["thermal.Q", "no Real output"],
+    ),
+    "connection of unlike units": (
+        "[thermal]",
+        'connections = ["rod.delta -> rod.T"]\n[thermal]',
+        ["rod.delta -> rod.T", "units differ: 'm' and 'K'"],
+    ),
+    "connection of unlike counts": (
+        "[thermal]",
+        'connections = ["thermal.T -> rod.T[1]"]\n[thermal]',
+        ["3 outputs for 1"],
+    ),
+    "unknown FMU": ("[thermal]", 'connections = ["therml.T -> rod.T"]\n[thermal]', ["did you mean 'thermal'"]),
+    "FMU file": (
+        "[thermal]",
+        '[fmus]\nthermal = "thermal.fmu"\nrod = "rot.fmu"\n[thermal]',
+        ["rot.fmu", "did you mean 'rod.fmu'"],
+    ),
+    "not TOML": ("[thermal]", "[thermal", ["mine.toml", "line"]),
+}
+
+
+@pytest.mark.parametrize("slip", SLIPS)
+def test_slips_are_refused(slip: str, tmp_path: Path) -> None:
+    old, new, said = SLIPS[slip]
+    assert old in GOOD
+    path = written(tmp_path, GOOD.replace(old, new, 1))
+    with pytest.raises(tca.SceneError) as caught:
+        tca.read(path)
+    for text in said:
+        assert text in str(caught.value)
+    if slip not in ("parameter set", "FMU file"):  # these name the folders looked into instead
+        assert "mine.toml" in str(caught.value) or "unknown" in slip
+
+
+def test_a_slip_is_named_with_its_line(tmp_path: Path) -> None:
+    with pytest.raises(tca.SceneError, match=r"mine\.toml:4: thermal\.V\[2\] = '1\.5 mm'"):
+        tca.read(written(tmp_path, GOOD.replace("1.5 V", "1.5 mm")))
+
+
+def test_overrides_are_checked_alike() -> None:
+    scene = tca.read("step", ["coupling.macro_step=50 ms", "thermal.V[2]=2 V", "rod.order=2", "stop_time=3"])
+    assert (scene.coupling.macro_step, scene.stop_time) == (0.05, 3.0)
+    assert scene.member("thermal").signals["V[2]"] == Constant(2.0)
+    assert scene.member("rod").value("order") == 2
+    for text, said in {
+        "rod.ordr=2": "did you mean 'order'",
+        "rod.order=99": "0 to 7",
+        "rod.order": "key=value",
+    }.items():
+        with pytest.raises(tca.SceneError, match=said):
+            tca.read("step", [text])
+
+
+def test_an_input_is_fed_once(tmp_path: Path) -> None:
+    both = 'connections = ["thermal.T -> rod.T"]' + GOOD.replace("dynamic = false", "T = 300.0")
+    with pytest.raises(tca.SceneError, match=r"rod\.T\[1\] is set as well"):
+        tca.read(written(tmp_path, both))
+    twice = 'connections = ["rod.delta -> rod.delta_guess", "rod.delta -> rod.delta_guess"]' + GOOD
+    with pytest.raises(tca.SceneError, match="fed twice"):
+        tca.read(written(tmp_path, twice))
+
+
+def test_shipped_folder_holds_scenes_and_sets() -> None:
+    assert set(tca.titles()) == {"step", "switch", "sine", "plain"}
+    assert scenes.Coupling().macro_step == 0.1
