@@ -20,7 +20,7 @@ demo: $(VENV)/installed
 test: $(VENV)/installed
 	cmake -S . -B $(BUILD) -DTCA_BUILD_TESTS=ON >$(BUILD)/configure.log || { cat $(BUILD)/configure.log; false; }
 	cmake --build $(BUILD)
-	ctest --test-dir $(BUILD) --output-on-failure --progress
+	ctest --test-dir $(BUILD) --output-on-failure
 	ruff check .
 	ruff format --check .
 	clang-format --dry-run --Werror $(CXX_FILES)

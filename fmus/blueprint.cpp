@@ -11,8 +11,33 @@
 namespace fmu {
 namespace {
 
-/// Contradictions that the compiler cannot see; found when the FMU is built, since describe_<name> runs this too.
-void check(const std::vector<Variable>& rows) {
+/// 128 bits as {8-4-4-4-12} hexadecimal digits.
+std::string guid_of(const std::string& text) {
+  const std::uint64_t high = hash(text), low = hash(text, high);
+  std::array<char, 40> guid{};
+  std::snprintf(guid.data(), guid.size(), "{%08" PRIx64 "-%04" PRIx64 "-%04" PRIx64 "-%04" PRIx64 "-%012" PRIx64 "}",
+                high >> 32, high >> 16 & 0xffff, high & 0xffff, low >> 48, low & 0xffffffffffff);
+  return guid.data();
+}
+
+Blueprint make() {
+  Blueprint blueprint{identity(), variables(), {}, {}, {}};
+  for (Variable& row : blueprint.rows) {
+    if (row.type == Type::boolean) row.range(0.0, 1.0);
+    if (row.type == Type::enumeration) row.range(1.0, static_cast<double>(row.items.size()));
+  }
+  check_table(blueprint.rows);  // at build time already: describe_<name> comes by here too
+  for (std::size_t i = 0; i < blueprint.rows.size(); ++i) {
+    if (blueprint.rows[i].causality == Causality::parameter) blueprint.parameters.push_back(i);
+    if (blueprint.rows[i].causality == Causality::input) blueprint.inputs.push_back(i);
+  }
+  blueprint.guid = guid_of(model_description(blueprint));
+  return blueprint;
+}
+
+}  // namespace
+
+void check_table(const std::vector<Variable>& rows) {
   std::set<std::string> names;
   std::set<std::string> inputs;
   for (const Variable& row : rows) {
@@ -32,32 +57,6 @@ void check(const std::vector<Variable>& rows) {
       if (!inputs.contains(name))
         throw Error("variable table: '" + row.name + "' depends on '" + name + "', which is no input");
 }
-
-/// 128 bits as {8-4-4-4-12} hexadecimal digits.
-std::string guid_of(const std::string& text) {
-  const std::uint64_t high = hash(text), low = hash(text, high);
-  std::array<char, 40> guid{};
-  std::snprintf(guid.data(), guid.size(), "{%08" PRIx64 "-%04" PRIx64 "-%04" PRIx64 "-%04" PRIx64 "-%012" PRIx64 "}",
-                high >> 32, high >> 16 & 0xffff, high & 0xffff, low >> 48, low & 0xffffffffffff);
-  return guid.data();
-}
-
-Blueprint make() {
-  Blueprint blueprint{identity(), variables(), {}, {}, {}};
-  for (Variable& row : blueprint.rows) {
-    if (row.type == Type::boolean) row.range(0.0, 1.0);
-    if (row.type == Type::enumeration) row.range(1.0, static_cast<double>(row.items.size()));
-  }
-  check(blueprint.rows);
-  for (std::size_t i = 0; i < blueprint.rows.size(); ++i) {
-    if (blueprint.rows[i].causality == Causality::parameter) blueprint.parameters.push_back(i);
-    if (blueprint.rows[i].causality == Causality::input) blueprint.inputs.push_back(i);
-  }
-  blueprint.guid = guid_of(model_description(blueprint));
-  return blueprint;
-}
-
-}  // namespace
 
 const Blueprint& Blueprint::get() {
   static const Blueprint blueprint = make();

@@ -26,6 +26,9 @@ struct Blueprint {
   const Variable* tolerance() const;
 };
 
+/// Throws Error on contradictions in a table that the compiler cannot see, such as a name declared twice.
+void check_table(const std::vector<Variable>& rows);
+
 template <class Value>
 Value load(const std::byte* data, std::ptrdiff_t place) {
   Value value;

@@ -32,6 +32,27 @@ TEST(Units, ThatCannotBeReadAreNamed) {
   }
 }
 
+TEST(Table, RefusesContradictions) {
+  const auto complaint = [](auto&& spoil) -> std::string {
+    auto rows = Blueprint::get().rows;
+    spoil(rows);
+    try {
+      check_table(rows);
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "";
+  };
+  using Rows = std::vector<Variable>;
+  EXPECT_EQ(complaint([](Rows&) {}), "");
+  EXPECT_NE(complaint([](Rows& rows) { rows[1].name = rows[0].name; }).find("twice"), std::string::npos);
+  EXPECT_NE(complaint([](Rows& rows) { rows[0].start = 99.0; }).find("range"), std::string::npos);
+  EXPECT_NE(complaint([](Rows& rows) { rows[0].unit = ""; }).find("unit"), std::string::npos);
+  EXPECT_NE(complaint([](Rows& rows) { rows.back().depends_on = {"mass"}; }).find("no input"), std::string::npos);
+  EXPECT_NE(complaint([](Rows& rows) { rows.back().tunable(); }).find("tunable"), std::string::npos);
+  EXPECT_NE(complaint([](Rows& rows) { rows[0].choices({"a"}); }).find("choices"), std::string::npos);
+}
+
 class Description : public testing::Test {
  protected:
   bool has(const std::string& text) const { return xml.find(text) != std::string::npos; }

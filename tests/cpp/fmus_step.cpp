@@ -137,6 +137,18 @@ TEST_F(FreeMass, FailedStepKeepsTheStateAndSaysWhyOnce) {
   EXPECT_EQ(host.step(0.5, 0.5), fmi2OK);
 }
 
+TEST_F(FreeMass, AnExceptionOfNoKnownTypeIsFatalToTheInstanceOnly) {
+  host.set("force", 6e4);
+  EXPECT_EQ(host.step(0.0, 0.1), fmi2Fatal);
+  EXPECT_EQ(host.messages.back().category, "logStatusFatal");
+  EXPECT_EQ(host.step(0.0, 0.1), fmi2Error);
+  EXPECT_TRUE(host.said({"'fatal'"}));
+  EXPECT_EQ(fmi2Reset(host.fmu), fmi2Error);
+  Host other;
+  other.start();
+  EXPECT_EQ(other.step(0.0, 0.1), fmi2OK);
+}
+
 TEST_F(FreeMass, RefusesTimesAndStepSizesThatAreNone) {
   for (const double h : {0.0, -0.1, kNaN, kInfinity}) {
     EXPECT_EQ(host.step(0.0, h), fmi2Error);

@@ -10,6 +10,7 @@ namespace probe {
 namespace {
 
 constexpr int kSubsteps = 10;
+constexpr double kBedlam = 5e4;  // [N]
 
 class Chain : public fmu::Model {
  public:
@@ -68,6 +69,7 @@ class Chain : public fmu::Model {
     State dy(y.size());
     const auto& [f, df, ddf, dddf] = data_.force;
     const double force = f + s * (df + s / 2 * (ddf + s / 3 * dddf));
+    if (force > kBedlam) throw 42;  // what nobody should throw
     if (force > data_.breaking_force) throw fmu::Error("force " + std::to_string(force) + " N breaks the chain");
     for (int i = 0; i < n; ++i) {
       const double left = i > 0 ? y[i - 1] : 0.0, right = i + 1 < n ? y[i + 1] : y[i];
