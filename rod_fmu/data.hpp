@@ -11,13 +11,14 @@ namespace rod {
 inline constexpr std::size_t tca_count = TCA_COUNT;
 inline constexpr std::size_t shape_stations = 21;
 inline constexpr int highest_order = 7;
+inline constexpr int least_grid_points = 5, most_grid_points = 401;
 
 enum class Strains : int { bending = 1, extensible, kirchhoff, cosserat };
 enum class Closure : int { inside = 1, exchanged };
 enum class Law : int { wire = 1, measured };
 enum class Pitch : int { frozen = 1, current };
 enum class Profile : int { round = 1, given };
-enum class Method : int { backward_euler = 1, rosenbrock, midpoint, bdf };
+enum class Method : int { backward_euler = 1, rosenbrock, midpoint, bdf, pade_euler };
 
 using Polynomial = std::array<double, 4>;  // value and three time derivatives
 using Triple = std::array<double, 3>;
@@ -54,6 +55,7 @@ struct Parameters {
   Closure closure = Closure::inside;
   Strains strains = Strains::cosserat;
   int order = 4;  // degree of the strain polynomials
+  int grid_points = 21;  // of the method pade_euler
   bool dynamic = true;
   bool start_at_equilibrium = false;
   Method method = Method::rosenbrock;

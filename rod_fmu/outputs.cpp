@@ -4,6 +4,7 @@
 
 #include "kernel.hpp"
 #include "rod.hpp"
+#include "rotations.hpp"
 
 namespace rod {
 
@@ -11,15 +12,14 @@ namespace {
 
 Triple triple(const Vec3& a) { return {a.x, a.y, a.z}; }
 
-/// Angles of R = Rx(alpha) Ry(beta) Rz(gamma). At beta = +-90 degrees only alpha +- gamma is defined; gamma is then 0.
+}  // namespace
+
 Triple euler_angles(const Rotation<double>& R) {
   const double sine = std::clamp(R.row0.z, -1.0, 1.0);
   if (std::hypot(R.row0.x, R.row0.y) < 1e-12) return {std::atan2(R.row2.y, R.row1.y), std::asin(sine), 0.0};
   return {std::atan2(-R.row1.z, R.row2.z), std::atan2(sine, std::hypot(R.row0.x, R.row0.y)),
           std::atan2(-R.row0.y, R.row0.x)};
 }
-
-}  // namespace
 
 void Rod::outputs(const double* q, const double* v, const Loads& loads, const Work& w, Outputs& y) const {
   const Quadrature& grid = quadrature();

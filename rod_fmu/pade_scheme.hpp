@@ -9,7 +9,6 @@
 
 namespace rod::pade {
 
-inline constexpr int least_points = 5;
 inline constexpr int reach = 4;  // points of the widest row
 
 /// Row k of the compact derivative: coefficients of f' and of f/spacing at the points first ... first + count - 1.

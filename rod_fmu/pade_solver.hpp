@@ -16,34 +16,32 @@ class FrontSolver {
  public:
   static constexpr int columns = 1 + tcas;
 
-  /// One equation: coefficients of the unknowns of `reach` points from its first point, then its right-hand sides.
+  /// One equation: coefficients of the unknowns of `reach` points from its first point on, then its right-hand sides.
   struct Equation {
     std::array<double, reach * fields> a;
     std::array<double, columns> b;
   };
 
   void resize(int points);
-  int points() const { return points_; }
 
-  /// Equation i of point k, set to zero; its first point is `first`, which may not decrease with k but for the last.
-  Equation& add(int first);
+  /// Starts a new system.
   void clear();
-
+  /// The next equation whose first point is `first`, all zero. In all: 24 for point 0, 12 for each of 1 ... n - 3,
+  /// 6 more for n - 4, 6 for n - 1, which is what the compact scheme with two half sets of closures makes.
+  Equation& add(int first);
   /// False: singular, or not finite. The equations are used up.
   bool solve();
 
   /// Solution for unknown j of point k and right-hand side c.
-  double operator()(int k, int j, int c) const { return x_[static_cast<std::size_t>(k * fields + j)][c]; }
+  double operator()(int k, int j, int c) const { return x_[k * fields + j][c]; }
 
  private:
-  static constexpr int widest = 3 * fields;  // rows that touch one point: two blocks and the closures at the tip
-
-  bool eliminate(int k, int rows);
+  static constexpr int widest = 3 * fields;  // rows that touch one point
 
   int points_ = 0;
-  std::vector<Equation> equations_, upper_;      // as given; triangular
-  std::vector<int> first_, order_;               // first point of each equation; equations by first point
-  std::array<Equation*, widest> front_{};
+  std::vector<Equation> equations_;
+  std::vector<Equation*> pivots_;  // row of the triangle for each unknown
+  std::vector<int> start_, used_;  // place of the first equation of each point; how many are there
   std::vector<std::array<double, columns>> x_;
 };
 

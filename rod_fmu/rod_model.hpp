@@ -1,12 +1,11 @@
 // The rod as a model for the FMU runtime.
 #pragma once
 
-#include <optional>
+#include <memory>
 #include <vector>
 
-#include "bdf.hpp"
 #include "data.hpp"
-#include "integrator.hpp"
+#include "engine.hpp"
 #include "model.hpp"
 
 namespace rod {
@@ -21,13 +20,9 @@ class RodModel final : public fmu::Model {
   void evaluate(double t) override;
 
  private:
-  State state() { return State(memory_.data(), rod_.unknowns()); }
-
   Data data_;
   std::vector<double> memory_;
-  Rod rod_;
-  Scratch scratch_;
-  std::optional<Bdf> bdf_;
+  std::unique_ptr<Engine> engine_;
 };
 
 }  // namespace rod

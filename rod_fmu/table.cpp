@@ -79,10 +79,12 @@ void add_parameters(fmu::Table<rod::Data>& table, const rod::Parameters& p) {
   table.parameter("strains", p.strains, "", "strains that the rod may have; each choice contains those before it")
       .choices({"bending", "extensible", "kirchhoff", "cosserat"});
   table.parameter("order", p.order, "", "degree of the strain polynomials").range(0, rod::highest_order);
+  table.parameter("grid_points", p.grid_points, "", "points along the rod of the method pade_euler")
+      .range(rod::least_grid_points, rod::most_grid_points);
   table.parameter("dynamic", p.dynamic, "", "false: no inertia and no damping, the shape is the equilibrium");
   table.parameter("start_at_equilibrium", p.start_at_equilibrium, "", "false: straight at rest");
-  table.parameter("method", p.method, "", "time integrator of the dynamics")
-      .choices({"backward_euler", "rosenbrock", "midpoint", "bdf"});
+  table.parameter("method", p.method, "", "time integrator; statics use strain polynomials always")
+      .choices({"backward_euler", "rosenbrock", "midpoint", "bdf", "pade_euler"});
   table.parameter("tolerance", p.tolerance, "1", "relative error of one time step; of Newton's method")
       .range(1e-13, 1e-1)
       .nominal(1e-6)

@@ -1,0 +1,35 @@
+// A discretisation of the rod together with its integrators, behind one interface: what the model needs of it. An
+// engine keeps no state of its own but scratch; all that survives a step is in the memory handed to it.
+#pragma once
+
+#include <memory>
+#include <span>
+
+#include "data.hpp"
+#include "integrator.hpp"
+#include "loads.hpp"
+
+namespace rod {
+
+class Engine {
+ public:
+  virtual ~Engine() = default;
+
+  /// Doubles in `memory` below.
+  virtual std::size_t memory_size() const = 0;
+  /// Unloaded and at rest.
+  virtual void rest(std::span<double> memory) = 0;
+  /// At rest at the equilibrium of the loads, from the present shape. False: not found, memory as it was.
+  virtual bool settle(std::span<double> memory, const Loads& loads) = 0;
+  /// Advances by h [s]; tolerance is relative. The state belongs to `reached` of the result.
+  virtual Advance step(std::span<double> memory, const Inputs& u, double h, double tolerance) = 0;
+  /// All outputs.
+  virtual void outputs(std::span<double> memory, const Loads& loads, Outputs& y) = 0;
+};
+
+/// Strains as polynomials: statics, and all methods but the paper's.
+std::unique_ptr<Engine> make_strain_engine(const Parameters& p);
+/// The paper's scheme on grid points, dynamics only.
+std::unique_ptr<Engine> make_grid_engine(const Parameters& p);
+
+}  // namespace rod

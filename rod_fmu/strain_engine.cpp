@@ -1,0 +1,65 @@
+// Strain polynomials and the integrators for them as an engine.
+#include <algorithm>
+#include <optional>
+
+#include "bdf.hpp"
+#include "engine.hpp"
+
+namespace rod {
+
+namespace {
+
+class StrainEngine final : public Engine {
+ public:
+  explicit StrainEngine(const Parameters& p) : rod_(p), dynamic_(p.dynamic), method_(p.method) {
+    if (method_ == Method::bdf) bdf_.emplace(rod_.unknowns());
+  }
+
+  std::size_t memory_size() const override { return State::size(rod_.unknowns()); }
+
+  void rest(std::span<double> memory) override { std::fill(memory.begin(), memory.end(), 0.0); }
+
+  bool settle(std::span<double> memory, const Loads& loads) override {
+    State now = state(memory);
+    return rod::settle(rod_, loads, now, scratch_);
+  }
+
+  Advance step(std::span<double> memory, const Inputs& u, double h, double tolerance) override {
+    State now = state(memory);
+    if (!dynamic_) return step_static(rod_, u, h, now, scratch_);
+    switch (method_) {
+      case Method::backward_euler:
+        return step_backward_euler(rod_, u, h, now, scratch_);
+      case Method::midpoint:
+        return step_midpoint(rod_, u, h, now, scratch_);
+      case Method::bdf:
+        return bdf_->step(rod_, u, h, tolerance, now, scratch_);
+      case Method::rosenbrock:
+      case Method::pade_euler:  // has its own engine
+        break;
+    }
+    return step_rosenbrock(rod_, u, h, tolerance, now, scratch_);
+  }
+
+  void outputs(std::span<double> memory, const Loads& loads, Outputs& y) override {
+    const State now = state(memory);
+    rod_.residual(now.q.data(), now.v.data(), now.a.data(), loads, scratch_.newton.work, scratch_.r);
+    rod_.outputs(now.q.data(), now.v.data(), loads, scratch_.newton.work, y);
+    y.energy_dissipated = now.dissipated;
+  }
+
+ private:
+  State state(std::span<double> memory) const { return State(memory.data(), rod_.unknowns()); }
+
+  Rod rod_;
+  bool dynamic_;
+  Method method_;
+  Scratch scratch_;
+  std::optional<Bdf> bdf_;
+};
+
+}  // namespace
+
+std::unique_ptr<Engine> make_strain_engine(const Parameters& p) { return std::make_unique<StrainEngine>(p); }
+
+}  // namespace rod
