@@ -68,12 +68,14 @@ std::string unit_definitions(const std::vector<Variable>& rows) {
   return result + "  </UnitDefinitions>\n";
 }
 
-/// One type per enumeration variable, of the variable's name.
+/// One type per enumeration variable; the standard wants a name that no variable has.
+std::string type_name(const Variable& row) { return row.name + "_choices"; }
+
 std::string type_definitions(const std::vector<Variable>& rows) {
   std::string types;
   for (const Variable& row : rows) {
     if (row.type != Type::enumeration) continue;
-    types += "    <SimpleType" + attribute("name", row.name) + ">\n      <Enumeration>\n";
+    types += "    <SimpleType" + attribute("name", type_name(row)) + ">\n      <Enumeration>\n";
     for (std::size_t i = 0; i < row.items.size(); ++i)
       types +=
           "        <Item" + attribute("name", row.items[i]) + attribute("value", static_cast<double>(i + 1)) + "/>\n";
@@ -121,7 +123,7 @@ std::string typed_element(const Variable& row) {
     case Type::boolean:
       return "<Boolean" + (has_start ? attribute("start", row.start != 0.0) : "") + "/>";
     case Type::enumeration:
-      return "<Enumeration" + attribute("declaredType", row.name) + bounds(row) +
+      return "<Enumeration" + attribute("declaredType", type_name(row)) + bounds(row) +
              (has_start ? attribute("start", row.start) : "") + "/>";
   }
   return {};

@@ -76,6 +76,14 @@ def test_every_variable_is_described_and_has_its_unit(path: Path):
 
 
 @FMUS
+def test_types_and_variables_have_different_names(path: Path):
+    description = fmpy.read_model_description(str(path))
+    types = {declared.name for declared in description.typeDefinitions}
+    assert types
+    assert not types & {variable.name for variable in description.modelVariables}
+
+
+@FMUS
 def test_declared_dependencies_are_the_true_ones(path: Path):
     """Changing an input without a step changes exactly the outputs that declare a dependency on it."""
     with FMU2Host(path) as fmu:

@@ -67,7 +67,7 @@ TEST_F(Description, EscapesWhatXmlReserves) {
 
 TEST_F(Description, SaysWhatARowSays) {
   EXPECT_TRUE(has("<Real unit=\"kg\" min=\"0.1\" max=\"10\" start=\"1\"/>"));
-  EXPECT_TRUE(has("<Enumeration declaredType=\"scheme\" min=\"1\" max=\"2\" start=\"2\"/>"));
+  EXPECT_TRUE(has("<Enumeration declaredType=\"scheme_choices\" min=\"1\" max=\"2\" start=\"2\"/>"));
   EXPECT_TRUE(has("<Item name=\"midpoint\" value=\"1\"/>"));
   EXPECT_TRUE(has("causality=\"parameter\" variability=\"tunable\" initial=\"exact\""));
   EXPECT_TRUE(has("<Boolean start=\"false\"/>"));
