@@ -19,6 +19,7 @@ constexpr double newton_tolerance = 1e-11;  // of the last correction; the error
 constexpr double longest_correction = 1.0;  // about a radian, or a stretch of 100 %
 constexpr double safe_correction = 1e-6;    // taken whole: rounding may hide that the residual falls
 constexpr double shortest_damping = 1.0 / 64.0;
+constexpr double smallest_share = 1e-3;  // of a jump in tension
 constexpr int most_halvings = 12;
 
 Three three(const Vec3& a) { return {a.x, a.y, a.z}; }
@@ -34,6 +35,8 @@ struct GridRod::System {
   bool inside;
   PerTcaVector delta_guess, reference_length;
   std::array<double, tca_count> T;
+  PerTcaVector delta_before, N_before;
+  double withheld;     // share of the tension's jump over N_before that is not applied
   PerTcaVector delta;  // unknown beside z
   PerTcaVector N, N_slope;
 };
@@ -72,6 +75,7 @@ GridScratch GridRod::scratch() const {
   s.before.resize(points_);
   s.z.resize(points_);
   s.change.resize(points_);
+  s.firm.resize(points_);
   s.balance.resize(points_);
   s.solver.resize(points_);
   s.backup.resize(GridState::size(points_));
@@ -147,7 +151,8 @@ GridRod::System GridRod::system(const Loads& loads, double h, GridState& state, 
   s.medium.mass = section_.mass * L / F;
   for (int i = 0; i < tcas; ++i) s.delta_guess[i] = loads.delta_guess[i];
   s.reference_length = reference_length_ / L;
-  s.delta = displacements(state) / L;
+  s.delta = s.delta_before = displacements(state) / L;
+  s.N_before = state.tension() / F;
 
   for (int k = 0; k < points_; ++k) {
     const auto q = state.quaternion(k);
@@ -183,6 +188,10 @@ Residual assemble(System& s, const TcaLaw& law, const std::vector<double>& weigh
   for (int i = 0; i < tcas; ++i) {
     const Tension tension = law.tension(s.inside ? s.length * s.delta[i] : s.delta_guess[i], s.T[i]);
     s.N[i] = tension.value / s.force;
+    if (s.withheld > 0.0) {
+      const double at_once = law.tension(s.inside ? s.length * s.delta_before[i] : s.delta_guess[i], s.T[i]).value;
+      s.N[i] += s.withheld * (s.N_before[i] - at_once / s.force);
+    }
     s.N_slope[i] = s.inside ? tension.per_delta * s.length / s.force : 0.0;
   }
   Residual residual;
@@ -271,8 +280,9 @@ PerTcaVector border(const System& s, const std::vector<double>& weight, const Re
 
 }  // namespace
 
-bool GridRod::one_step(const Loads& loads, double h, GridState& state, GridScratch& scratch) const {
-  System s = system(loads, h, state, scratch);
+/// From (scratch.z, s.delta) to the solution, with a share of the step's jump in tension withheld.
+bool GridRod::newton(System& s, double withheld, GridScratch& scratch) const {
+  s.withheld = withheld;
   Residual residual = assemble(s, law_, weight_, scratch.z, scratch);
   for (int iteration = 0; iteration < most_iterations; ++iteration) {
     if (!std::isfinite(residual.size) || !scratch.solver.solve()) return false;
@@ -294,15 +304,42 @@ bool GridRod::one_step(const Loads& loads, double h, GridState& state, GridScrat
       for (int k = 0; k < points_; ++k) scratch.z[k] -= (damping - taken) * scratch.change[k];
       s.delta -= (damping - taken) * d;
       taken = damping;
-      if (correction <= newton_tolerance) {
-        accept(s, h, state, scratch);
-        return true;
-      }
+      if (correction <= newton_tolerance) return true;
       residual = assemble(s, law_, weight_, scratch.z, scratch);
       if (residual.size <= (1.0 - 1e-4 * damping) * size || correction <= safe_correction) break;
     }
   }
   return false;
+}
+
+/// Approaches the step's tensions from those before it: a TCA heated at a stroke pushes so hard on a body that has not
+/// moved yet that the section loses its stiffness in shear, and Newton's method its way.
+bool GridRod::newton_far(System& s, GridScratch& scratch) const {
+  PerTcaVector firm_delta = s.delta_before;
+  for (int k = 0; k < points_; ++k) scratch.firm[k] = scratch.before[k].z;
+  double done = 0.0, share = 0.25;
+  while (done < 1.0) {
+    const double next = std::min(1.0, done + share);
+    std::copy(scratch.firm.begin(), scratch.firm.end(), scratch.z.begin());
+    s.delta = firm_delta;
+    if (newton(s, 1.0 - next, scratch)) {
+      std::copy(scratch.z.begin(), scratch.z.end(), scratch.firm.begin());
+      firm_delta = s.delta;
+      done = next;
+      share *= 2.0;
+    } else {
+      share *= 0.25;
+      if (share < smallest_share) return false;
+    }
+  }
+  return true;
+}
+
+bool GridRod::one_step(const Loads& loads, double h, GridState& state, GridScratch& scratch) const {
+  System s = system(loads, h, state, scratch);
+  if (!newton(s, 0.0, scratch) && !newton_far(s, scratch)) return false;
+  accept(s, h, state, scratch);
+  return true;
 }
 
 void GridRod::accept(const System& s, double h, GridState& state, GridScratch& scratch) const {
@@ -318,6 +355,7 @@ void GridRod::accept(const System& s, double h, GridState& state, GridScratch& s
     state.stretch(k) = scratch.balance[k].stretch;
   }
   state.dissipated() += heat;
+  state.tension() = s.force * s.N;
   state.delta_rate() = (displacements(state) - delta) / h;
   fit_pose(state);
 }

@@ -30,7 +30,7 @@ namespace rod {
 class GridState {
  public:
   static constexpr int stride = 19 + pade::tcas;
-  static std::size_t size(int points) { return static_cast<std::size_t>(points) * stride + pade::tcas + 1; }
+  static std::size_t size(int points) { return static_cast<std::size_t>(points) * stride + 2 * pade::tcas + 1; }
   GridState(double* memory, int points) : memory_(memory), tail_(memory + points * stride), points_(points) {}
 
   Eigen::Map<Eigen::Vector4d> quaternion(int k) { return Eigen::Map<Eigen::Vector4d>(at(k)); }  // scalar part first
@@ -39,7 +39,8 @@ class GridState {
   Eigen::Map<pade::Six> velocity(int k) { return Eigen::Map<pade::Six>(at(k) + 13); }
   Eigen::Map<pade::PerTcaVector> stretch(int k) { return Eigen::Map<pade::PerTcaVector>(at(k) + 19); }  // eps'
   Eigen::Map<pade::PerTcaVector> delta_rate() { return Eigen::Map<pade::PerTcaVector>(tail_); }         // last step's
-  double& dissipated() { return tail_[pade::tcas]; }
+  Eigen::Map<pade::PerTcaVector> tension() { return Eigen::Map<pade::PerTcaVector>(tail_ + pade::tcas); }  // at its end
+  double& dissipated() { return tail_[2 * pade::tcas]; }
   int points() const { return points_; }
   std::span<double> memory() { return {memory_, size(points_)}; }
 
@@ -52,7 +53,7 @@ class GridState {
 /// Work arrays for one rod on a grid. Never part of a state.
 struct GridScratch {
   std::vector<pade::Before> before;
-  std::vector<pade::Unknowns> z, change;
+  std::vector<pade::Unknowns> z, change, firm;  // point of Newton's method, its correction, the last safe point
   std::vector<pade::Balance> balance;
   std::vector<pade::Row> rows;
   pade::FrontSolver solver;
@@ -81,6 +82,8 @@ class GridRod {
   pade::PerTcaVector displacements(GridState& state) const;
   void fit_pose(GridState& state) const;
   void fit_stretch(GridState& state) const;
+  bool newton(System& system, double withheld, GridScratch& scratch) const;
+  bool newton_far(System& system, GridScratch& scratch) const;
   bool one_step(const Loads& loads, double h, GridState& state, GridScratch& scratch) const;
   System system(const Loads& loads, double h, GridState& state, GridScratch& scratch) const;
   void accept(const System& system, double h, GridState& state, GridScratch& scratch) const;
