@@ -1,7 +1,6 @@
 # Eigen, SUNDIALS and, for tests, GoogleTest: installed ones where there are any, else pinned releases checked by hash.
 # Without network name unpacked sources with -DFETCHCONTENT_SOURCE_DIR_EIGEN=... and -DFETCHCONTENT_SOURCE_DIR_SUNDIALS=...
 include(FetchContent)
-include(FeatureSummary)
 if(POLICY CMP0135)
   cmake_policy(SET CMP0135 NEW)  # unpacked files are as old as the download
 endif()
@@ -18,15 +17,23 @@ FetchContent_Declare(googletest
   URL_HASH SHA256=8ad598c73ad796e0d8280b082cebd82a630d73e73cd3c70057938a6501bba5d7)
 
 find_package(Eigen3 3.4 QUIET NO_MODULE)
+set(TCA_EIGEN "${Eigen3_VERSION} (installed)")
 if(NOT TARGET Eigen3::Eigen)
+  set(TCA_EIGEN "from pinned source")
   FetchContent_MakeAvailable(eigen)
   add_library(fetched_eigen INTERFACE)
   add_library(Eigen3::Eigen ALIAS fetched_eigen)
   target_include_directories(fetched_eigen SYSTEM INTERFACE "${eigen_SOURCE_DIR}")
 endif()
 
-find_package(SUNDIALS 6.4 QUIET)
+find_package(SUNDIALS QUIET)
+if(SUNDIALS_FOUND AND SUNDIALS_VERSION VERSION_LESS 6.4)
+  message(FATAL_ERROR "SUNDIALS ${SUNDIALS_VERSION} is installed, 6.4 or newer is needed.\n"
+                      "-DCMAKE_DISABLE_FIND_PACKAGE_SUNDIALS=ON builds the pinned release instead.")
+endif()
+set(TCA_SUNDIALS "${SUNDIALS_VERSION} (installed)")
 if(NOT TARGET SUNDIALS::arkode_static)
+  set(TCA_SUNDIALS "from pinned source")
   foreach(part BUILD_SHARED_LIBS BUILD_CVODES BUILD_IDAS BUILD_KINSOL BUILD_BENCHMARKS BUILD_TESTING
                EXAMPLES_ENABLE_C EXAMPLES_ENABLE_CXX EXAMPLES_INSTALL SUNDIALS_TEST_UNITTESTS)
     set(${part} OFF CACHE BOOL "of SUNDIALS" FORCE)
