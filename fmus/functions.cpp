@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <type_traits>
 
 #include "fmi2Functions.h"
 #include "instance.hpp"
@@ -19,18 +20,21 @@ using fmu::Snapshot;
 namespace call = fmu::call;
 namespace category = fmu::category;
 
-/// Runs `body(instance)` if the standard allows `call` now. A body that returns nothing means fmi2OK.
+/// Runs `body(instance)` if the standard allows `call` now. A body that returns nothing means fmi2OK, or fmi2Warning
+/// when the model warned.
 template <class Body>
 fmi2Status run(fmi2Component component, const Call& call, Body&& body) noexcept {
   auto* instance = static_cast<Instance*>(component);
   if (!instance) return fmi2Error;
   try {
     instance->permit(call);
+    instance->take_warning();  // one that a failed call left behind
+    fmi2Status status = fmi2OK;
     if constexpr (std::is_same_v<decltype(body(*instance)), fmi2Status>)
-      return body(*instance);
+      status = body(*instance);
     else
       body(*instance);
-    return instance->take_warning() ? fmi2Warning : fmi2OK;
+    return status == fmi2OK && instance->take_warning() ? fmi2Warning : status;
   } catch (const std::exception& error) {
     instance->log().write(category::error, std::string(call.name) + ": " + error.what());
     return fmi2Error;
@@ -254,8 +258,7 @@ fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte serializedSta
 fmi2Status fmi2DoStep(fmi2Component c, fmi2Real currentCommunicationPoint, fmi2Real communicationStepSize,
                       fmi2Boolean) {
   return run(c, call::do_step, [&](Instance& instance) {
-    if (!instance.step(currentCommunicationPoint, communicationStepSize)) return fmi2Discard;
-    return instance.take_warning() ? fmi2Warning : fmi2OK;
+    return instance.step(currentCommunicationPoint, communicationStepSize) ? fmi2OK : fmi2Discard;
   });
 }
 
