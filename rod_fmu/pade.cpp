@@ -19,7 +19,7 @@ constexpr double newton_tolerance = 1e-11;  // of the last correction; the error
 constexpr double longest_correction = 1.0;  // about a radian, or a stretch of 100 %
 constexpr double safe_correction = 1e-6;    // taken whole: rounding may hide that the residual falls
 constexpr double shortest_damping = 1.0 / 64.0;
-constexpr double smallest_share = 1e-3;  // of a jump in tension
+constexpr double smallest_share = 1e-3;  // of a jump in load
 constexpr int most_halvings = 12;
 
 Three three(const Vec3& a) { return {a.x, a.y, a.z}; }
@@ -35,9 +35,10 @@ struct GridRod::System {
   bool inside;
   PerTcaVector delta_guess, reference_length;
   std::array<double, tca_count> T;
-  PerTcaVector delta_before, N_before;
-  double withheld;     // share of the tension's jump over N_before that is not applied
-  PerTcaVector delta;  // unknown beside z
+  PerTcaVector N_before;  // tensions and tip load of the step before, less those at once in this step
+  Three moment_before, force_before;
+  double withheld;                   // share of this jump that is not applied
+  PerTcaVector delta_before, delta;  // the latter is unknown beside z
   PerTcaVector N, N_slope;
 };
 
@@ -152,7 +153,10 @@ GridRod::System GridRod::system(const Loads& loads, double h, GridState& state, 
   for (int i = 0; i < tcas; ++i) s.delta_guess[i] = loads.delta_guess[i];
   s.reference_length = reference_length_ / L;
   s.delta = s.delta_before = displacements(state) / L;
-  s.N_before = state.tension() / F;
+  for (int i = 0; i < tcas; ++i) {
+    const double at_once = law_.tension(s.inside ? L * s.delta[i] : s.delta_guess[i], s.T[i]).value;
+    s.N_before[i] = (state.tension()[i] - at_once) / F;
+  }
 
   for (int k = 0; k < points_; ++k) {
     const auto q = state.quaternion(k);
@@ -167,6 +171,8 @@ GridRod::System GridRod::system(const Loads& loads, double h, GridState& state, 
     if (k + 1 == points_) {
       s.tip_moment = back * three(loads.tip_moment) / (F * L);
       s.tip_force = back * three(loads.tip_force) / F;
+      s.moment_before = back * state.tip_load().head<3>() / (F * L) - s.tip_moment;
+      s.force_before = back * state.tip_load().tail<3>() / F - s.tip_force;
     }
   }
   return s;
@@ -187,11 +193,7 @@ Residual assemble(System& s, const TcaLaw& law, const std::vector<double>& weigh
   const double spacing = 1.0 / (n - 1);
   for (int i = 0; i < tcas; ++i) {
     const Tension tension = law.tension(s.inside ? s.length * s.delta[i] : s.delta_guess[i], s.T[i]);
-    s.N[i] = tension.value / s.force;
-    if (s.withheld > 0.0) {
-      const double at_once = law.tension(s.inside ? s.length * s.delta_before[i] : s.delta_guess[i], s.T[i]).value;
-      s.N[i] += s.withheld * (s.N_before[i] - at_once / s.force);
-    }
+    s.N[i] = tension.value / s.force + s.withheld * s.N_before[i];
     s.N_slope[i] = s.inside ? tension.per_delta * s.length / s.force : 0.0;
   }
   Residual residual;
@@ -252,7 +254,8 @@ Residual assemble(System& s, const TcaLaw& law, const std::vector<double>& weigh
   clear();  // the tip carries its load
   const pade::Balance& tip = scratch.balance[n - 1];
   const Three w = z[n - 1].template segment<3>(6);
-  const pade::Seen moment = pade::seen(s.tip_moment, w), force = pade::seen(s.tip_force, w);
+  const pade::Seen moment = pade::seen(s.tip_moment + s.withheld * s.moment_before, w);
+  const pade::Seen force = pade::seen(s.tip_force + s.withheld * s.force_before, w);
   value << tip.W.head<3>() - moment.value, tip.W.tail<3>() - force.value;
   slope.template leftCols<pade::fields>() = tip.W_z;
   slope.template block<3, 3>(0, 6) -= moment.slope;
@@ -280,7 +283,7 @@ PerTcaVector border(const System& s, const std::vector<double>& weight, const Re
 
 }  // namespace
 
-/// From (scratch.z, s.delta) to the solution, with a share of the step's jump in tension withheld.
+/// From (scratch.z, s.delta) to the solution, with a share of the step's jump in load withheld.
 bool GridRod::newton(System& s, double withheld, GridScratch& scratch) const {
   s.withheld = withheld;
   Residual residual = assemble(s, law_, weight_, scratch.z, scratch);
@@ -312,8 +315,8 @@ bool GridRod::newton(System& s, double withheld, GridScratch& scratch) const {
   return false;
 }
 
-/// Approaches the step's tensions from those before it: a TCA heated at a stroke pushes so hard on a body that has not
-/// moved yet that the section loses its stiffness in shear, and Newton's method its way.
+/// Approaches the step's tensions and tip load from those before it. A TCA heated at a stroke, for one, pushes so hard
+/// on a body that has not moved yet that the section loses its stiffness in shear, and Newton's method its way.
 bool GridRod::newton_far(System& s, GridScratch& scratch) const {
   PerTcaVector firm_delta = s.delta_before;
   for (int k = 0; k < points_; ++k) scratch.firm[k] = scratch.before[k].z;
@@ -338,11 +341,11 @@ bool GridRod::newton_far(System& s, GridScratch& scratch) const {
 bool GridRod::one_step(const Loads& loads, double h, GridState& state, GridScratch& scratch) const {
   System s = system(loads, h, state, scratch);
   if (!newton(s, 0.0, scratch) && !newton_far(s, scratch)) return false;
-  accept(s, h, state, scratch);
+  accept(s, loads, h, state, scratch);
   return true;
 }
 
-void GridRod::accept(const System& s, double h, GridState& state, GridScratch& scratch) const {
+void GridRod::accept(const System& s, const Loads& loads, double h, GridState& state, GridScratch& scratch) const {
   const PerTcaVector delta = displacements(state);
   double heat = 0.0;
   for (int k = 0; k < points_; ++k) {
@@ -356,6 +359,7 @@ void GridRod::accept(const System& s, double h, GridState& state, GridScratch& s
   }
   state.dissipated() += heat;
   state.tension() = s.force * s.N;
+  state.tip_load() << three(loads.tip_moment), three(loads.tip_force);
   state.delta_rate() = (displacements(state) - delta) / h;
   fit_pose(state);
 }

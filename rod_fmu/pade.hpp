@@ -30,7 +30,7 @@ namespace rod {
 class GridState {
  public:
   static constexpr int stride = 19 + pade::tcas;
-  static std::size_t size(int points) { return static_cast<std::size_t>(points) * stride + 2 * pade::tcas + 1; }
+  static std::size_t size(int points) { return static_cast<std::size_t>(points) * stride + 2 * pade::tcas + 7; }
   GridState(double* memory, int points) : memory_(memory), tail_(memory + points * stride), points_(points) {}
 
   Eigen::Map<Eigen::Vector4d> quaternion(int k) { return Eigen::Map<Eigen::Vector4d>(at(k)); }  // scalar part first
@@ -40,7 +40,8 @@ class GridState {
   Eigen::Map<pade::PerTcaVector> stretch(int k) { return Eigen::Map<pade::PerTcaVector>(at(k) + 19); }  // eps'
   Eigen::Map<pade::PerTcaVector> delta_rate() { return Eigen::Map<pade::PerTcaVector>(tail_); }         // last step's
   Eigen::Map<pade::PerTcaVector> tension() { return Eigen::Map<pade::PerTcaVector>(tail_ + pade::tcas); }  // at its end
-  double& dissipated() { return tail_[2 * pade::tcas]; }
+  Eigen::Map<pade::Six> tip_load() { return Eigen::Map<pade::Six>(tail_ + 2 * pade::tcas); }  // moment, force then
+  double& dissipated() { return tail_[2 * pade::tcas + 6]; }
   int points() const { return points_; }
   std::span<double> memory() { return {memory_, size(points_)}; }
 
@@ -86,7 +87,7 @@ class GridRod {
   bool newton_far(System& system, GridScratch& scratch) const;
   bool one_step(const Loads& loads, double h, GridState& state, GridScratch& scratch) const;
   System system(const Loads& loads, double h, GridState& state, GridScratch& scratch) const;
-  void accept(const System& system, double h, GridState& state, GridScratch& scratch) const;
+  void accept(const System& system, const Loads& loads, double h, GridState& state, GridScratch& scratch) const;
 
   int points_ = 0;
   double length_ = 0.0, spacing_ = 0.0;

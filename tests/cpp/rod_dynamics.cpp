@@ -12,11 +12,8 @@ using namespace rod;
 using rod_test::bare_rod;
 using rod_test::Bench;
 
-namespace {
-
-std::size_t allocations = 0;
-
-}  // namespace
+std::size_t rod_test::allocations = 0;
+using rod_test::allocations;
 
 void* operator new(std::size_t size) {
   ++allocations;

@@ -12,6 +12,9 @@
 
 namespace rod_test {
 
+/// Calls of operator new so far, in the whole test program.
+extern std::size_t allocations;
+
 struct Bench {
   explicit Bench(const rod::Parameters& p)
       : parameters(p), rod(p), memory(rod::State::size(rod.unknowns())), state(memory.data(), rod.unknowns()) {}
