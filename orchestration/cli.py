@@ -1,4 +1,5 @@
-"""The command line: tca-cosim run | paper | export | list. An error a user can mend is one message and exit code 2."""
+"""The command line: tca-cosim run | paper | export | list | peers. An error a user can mend is one message and exit
+code 2."""
 
 from __future__ import annotations
 
@@ -14,7 +15,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
-from . import paper, results
+from . import paper, peers, results
 from .archive import find_fmu
 from .errors import CosimError
 from .paper import figure
@@ -90,6 +91,20 @@ def list_command() -> None:
         for name, (title, path) in titles().items():
             table.add_row(name, title, str(path))
         out.print(table)
+
+
+@app.command("peers")
+def peers_command(
+    folder: Folder = Path("results"),
+    repeats: Annotated[int, typer.Option(min=1, help="Timed rounds; the median counts")] = 5,
+) -> None:
+    """Runs the release of the bare rod beside PyElastica and Exudyn (extra `peers`): CPU time at equal error."""
+    with _reported():
+        rows, notes = peers.compare(repeats)
+        out.print(peers.show(rows))
+        out.print(*notes, sep="\n", highlight=False, markup=False, soft_wrap=True)
+        peers.write(rows, notes, folder / "peers.csv")
+        out.print(f"written: {folder / 'peers.csv'}", highlight=False)
 
 
 @contextlib.contextmanager

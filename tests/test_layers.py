@@ -23,6 +23,7 @@ ORDER = (
     ("results",),
     ("run",),
     ("paper",),
+    ("peers",),
     ("cli",),
 )
 RANK = {name: rank for rank, layer in enumerate(ORDER) for name in layer}

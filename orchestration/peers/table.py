@@ -1,0 +1,136 @@
+"""Measures all codes in turn, several times over, and rates them against rod.fmu at equal or smaller error."""
+
+from __future__ import annotations
+
+import contextlib
+import csv
+import io
+import math
+import platform
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, replace
+from importlib import import_module, metadata
+from pathlib import Path
+
+import numpy as np
+from rich.table import Table
+
+from ..archive import Archive, find_fmu
+from .release import PROBE, Code, Release, Setting
+
+__all__ = ["CODES", "OURS", "Row", "compare", "rate", "show", "write"]
+
+CODES = {"ours": "tca-cosim", "elastica": "pyelastica", "exudyn": "exudyn"}  # module here: distribution
+OURS = "rod.fmu"
+_CAPTION = """Error of the tip at 0.1 s, and the largest at 0.05, 0.1, 0.2, 0.5 and 1 s. Ratio: CPU time to that of the
+fastest rod.fmu row with no larger error at 0.1 s; (10 ms): with outputs every 10 ms; (largest): with no larger largest
+error. inf: unstable; -: unknown, or none of ours is as good."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """Times in s of CPU per s simulated, median and quartiles; errors of the tip in um, at 0.1 s and the largest of the
+    reference's times; ratios of the time to that of the fastest of our rows whose error is no larger. nan: unknown."""
+
+    code: str
+    damped: bool
+    setting: str
+    every_10_ms: bool  # can be read so often at this cost
+    cpu: float
+    cpu_low: float
+    cpu_high: float
+    times_real_time: float
+    error: float
+    largest_error: float
+    ratio: float = math.nan
+    ratio_every_10_ms: float = math.nan  # to our rows of that kind alone
+    ratio_largest: float = math.nan  # at equal largest error
+
+
+def compare(repeats: int = 5, modules: Sequence[str] = tuple(CODES)) -> tuple[list[Row], list[str]]:
+    """Rated rows, and notes on machine, versions and codes that are not installed. A first round warms up."""
+    codes, notes = _load(modules)
+    with Archive(find_fmu("rod.fmu")) as archive:
+        cases = [Release(archive, damped) for damped in (False, True)]
+        runs = [(code, case, setting) for case in cases for code in codes for setting in code.settings(case.damped)]
+        tips = [code.prepare(case, setting)() for code, case, setting in runs]
+        truths = {(code, case): code.truth(case) for code, case, _ in runs}
+        seconds = [[_cpu(code.prepare(case, setting)) for code, case, setting in runs] for _ in range(repeats)]
+    quartiles = np.quantile(seconds, (0.25, 0.5, 0.75), axis=0).T / cases[0].times[-1]
+    rows = [_row(*run, tip, truths[run[:2]], cpu) for run, tip, cpu in zip(runs, tips, quartiles, strict=True)]
+    return rate(rows), notes
+
+
+def rate(rows: Sequence[Row]) -> list[Row]:
+    """The rows with their ratios."""
+
+    def ratio(row: Row, error: str, often: bool = False) -> float:
+        ours = [r for r in rows if r.code == OURS and r.damped == row.damped and (r.every_10_ms or not often)]
+        return row.cpu / min((r.cpu for r in ours if getattr(r, error) <= getattr(row, error)), default=math.nan)
+
+    columns = {"ratio": ("error",), "ratio_every_10_ms": ("error", True), "ratio_largest": ("largest_error",)}
+    return [replace(row, **{name: ratio(row, *how) for name, how in columns.items()}) for row in rows]
+
+
+def show(rows: Sequence[Row]) -> Table:
+    heads = "code damping setting CPU[s/s] x_real_time error[um] largest[um] ratio (10_ms) (largest)"
+    table = Table(*(head.replace("_", " ").replace("[", " \\[") for head in heads.split()), caption=_CAPTION)
+    for r in rows:
+        numbers = (f"{r.cpu:.5f}", f"{r.times_real_time:.0f}", f"{r.error:.3g}", f"{r.largest_error:.3g}")
+        ratios = (f"{ratio:.2f}" for ratio in (r.ratio, r.ratio_every_10_ms, r.ratio_largest))
+        cells = (r.code, "5 ms" if r.damped else "none", r.setting, *numbers, *ratios)
+        table.add_row(*("-" if cell == "nan" else cell for cell in cells))
+    return table
+
+
+def write(rows: Sequence[Row], notes: Sequence[str], path: Path) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with path.open("w", encoding="utf-8", newline="") as file:
+        file.writelines(f"# {note}\n" for note in notes)
+        table = csv.DictWriter(file, list(Row.__dataclass_fields__), lineterminator="\n")
+        table.writeheader()
+        table.writerows(asdict(row) for row in rows)
+
+
+def _load(modules: Sequence[str]) -> tuple[list[Code], list[str]]:
+    codes, notes = [], [f"{_processor()}; Python {platform.python_version()}, numpy {np.__version__}"]
+    for name in modules:
+        try:
+            with contextlib.redirect_stdout(io.StringIO()):  # banners
+                codes.append(import_module(f".{name}", __package__).CODE)
+        except ImportError as error:
+            notes.append(f"not run: {CODES[name]} cannot be imported ({error}); pip install 'tca-cosim[peers]'")
+        else:
+            notes.append(f"{codes[-1].name}: {CODES[name]} {_version(CODES[name])}; {codes[-1].remark}")
+    return codes, notes
+
+
+def _row(code: Code, case: Release, setting: Setting, tip: np.ndarray, truth: np.ndarray, cpu: np.ndarray) -> Row:
+    error = 1e6 * np.linalg.norm(tip - truth, axis=1)
+    at_probe, largest = float(error[np.isclose(case.times, PROBE)].item()), float(error.max())
+    if not np.abs(tip).max() < 2 * case.length:
+        largest = math.inf  # it was unstable, whether or not the truth is known
+    text = ", ".join(f"{name} {value:g}" for name, value in setting.items())
+    low, middle, high = map(float, cpu)
+    often = setting.get("outputs", 100) >= 100
+    return Row(code.name, case.damped, text, often, middle, low, high, 1 / middle, at_probe, largest)
+
+
+def _cpu(simulate: Callable[[], np.ndarray]) -> float:
+    start = time.process_time()
+    simulate()
+    return time.process_time() - start
+
+
+def _version(distribution: str) -> str:
+    try:
+        return metadata.version(distribution)
+    except metadata.PackageNotFoundError:
+        return "of this folder"
+
+
+def _processor() -> str:
+    about = Path("/proc/cpuinfo")  # platform.processor() is empty on Linux
+    lines = about.read_text().splitlines() if about.is_file() else []
+    return next((line.split(":")[1].strip() for line in lines if line.startswith("model name")), platform.machine())
