@@ -9,8 +9,8 @@ Flow: scene -> master -> subsystems -> results -> charts; nothing later in it is
 
 from .errors import CosimError, CouplingError, SceneError, SubsystemError
 from .results import write
-from .run import run
 from .scene import Coupling, Scene, read, titles
+from .simulate import run
 
 __all__ = [
     "CosimError",

@@ -19,8 +19,8 @@ from . import paper, peers, results
 from .archive import find_fmu
 from .errors import CosimError
 from .paper import figure
-from .run import run as run_scene
 from .scene import Scene, read, titles
+from .simulate import run as run_scene
 
 __all__ = ["app"]
 
@@ -43,9 +43,9 @@ def run_command(
         try:
             result = _run(described)
         except CosimError as error:
-            if (partial := getattr(error, "partial", None)) is not None:
+            if error.partial is not None:
                 path = folder / f"{described.name}.partial.nc"
-                results.write(partial, path)
+                results.write(error.partial, path)
                 out.print(f"what was computed until then: {path}", highlight=False)
             raise
         for ending in ("nc", "csv"):

@@ -3,6 +3,7 @@ small."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -11,7 +12,7 @@ import numpy as np
 from .errors import SubsystemError
 from .exchange import METHODS, Exchange, Sample
 from .failure import StepError
-from .iteration import Method, Outcome, Trace, solve
+from .iteration import RUNAWAY, Method, Outcome, Trace, solve
 from .network import Circuit, Node
 
 __all__ = ["Settings", "couple", "step_node"]
@@ -49,7 +50,9 @@ def couple(
     if settings.method is None:
         _tear(circuit, time, settings.waveform, {})
         residual = (_sweep(circuit, time, length, settings) - x) / circuit.scale
-        norm = float(np.abs(residual).max())
+        norm = math.sqrt(residual @ residual)
+        if not norm <= RUNAWAY:
+            raise StepError("explicit coupling has run away", (norm,))
         return Outcome(x, True, norm, (norm,))
     fresh = True
 
@@ -68,7 +71,7 @@ def couple(
             return outcome
     except SubsystemError as failure:
         cause, reached = str(failure), failure.reached
-    residuals = tuple(float(np.abs(r).max()) for r in trace.r)
+    residuals = tuple(math.sqrt(r @ r) for r in trace.r)
     if len(residuals) > 1 and residuals[-1] > residuals[0]:
         cause = "the iteration diverges" + (f", until {cause}" if reached is not None else "")
     raise StepError(cause, residuals, trace.secants.gain, reached)

@@ -4,12 +4,15 @@ remedy."""
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 __all__ = ["CosimError", "CouplingError", "SceneError", "SubsystemError"]
 
 
 class CosimError(Exception):
-    """Base of all errors that a user can mend."""
+    """Base of all errors that a user can mend. partial: the result until then, where a run had begun."""
+
+    partial: Any = None
 
 
 class SceneError(CosimError):

@@ -28,6 +28,8 @@ def give_up(time: float, step: float, failure: StepError) -> CouplingError:
             "Plain iteration multiplies the error by the gain in each sweep: use coupling.method = 'iqn', 'newton' or "
             f"'broyden', 'relaxed' with omega below {2.0 / (1.0 + gain):.2g}, or let one FMU close the loop itself"
         )
+    elif len(failure.residuals) == 1:
+        remedy = "Explicit coupling is unstable here: iterate with coupling.method = 'iqn'"
     elif failure.residuals:
         remedy = "Raise coupling.max_sweeps or coupling.tolerance, or use coupling.method = 'iqn'"
     else:

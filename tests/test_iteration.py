@@ -18,7 +18,11 @@ class Loop:
     def __init__(self, gains: list[float], cubic: float = 0.0) -> None:
         n = len(gains)
         q, _ = np.linalg.qr(np.random.default_rng(0).normal(size=(n, n)))
-        self.matrix, self.cubic, self.b = -q @ np.diag(gains) @ q.T, cubic, np.arange(1.0, n + 1.0)
+        self.matrix, self.cubic, self.b = (
+            -q @ np.diag(gains) @ q.T,
+            cubic,
+            np.arange(1.0, n + 1.0) / np.sqrt(np.sum(np.arange(1.0, n + 1.0) ** 2)),
+        )
         self.count = 0
 
     def __call__(self, x: np.ndarray) -> np.ndarray:

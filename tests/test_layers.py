@@ -21,7 +21,7 @@ ORDER = (
     ("check",),
     ("scene",),
     ("results",),
-    ("run",),
+    ("simulate",),
     ("paper",),
     ("peers",),
     ("cli",),

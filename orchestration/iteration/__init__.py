@@ -6,6 +6,7 @@ on the residual, which for a loop gain -g is g + 1 times the error."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -20,7 +21,7 @@ from .relaxed import Relaxed
 from .secants import Secants, spectral_radius
 from .trace import Method, Trace
 
-__all__ = ["METHODS", "Method", "Outcome", "Secants", "Trace", "solve", "spectral_radius"]
+__all__ = ["METHODS", "RUNAWAY", "Method", "Outcome", "Secants", "Trace", "solve", "spectral_radius"]
 
 METHODS: dict[str, type] = {
     "plain": Plain,
@@ -31,13 +32,14 @@ METHODS: dict[str, type] = {
     "newton": Newton,
 }
 
-HOPELESS = 1e6  # growth of the residual beyond which more sweeps are a waste
+RUNAWAY = 100.0  # residual, in nominals, beyond which more sweeps only strain the subsystems
 BLIND = 1e-3  # share of the tolerance that a residual must meet before any secant tells the loop's gain
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """x: the last guess, which the subsystems now hold; error: estimated largest error, in units of the nominals."""
+    """x: the last guess, which the subsystems now hold; error: estimated Euclidean norm of its error, in units of the
+    nominals, as the residuals are."""
 
     x: np.ndarray
     converged: bool
@@ -60,7 +62,7 @@ def solve(
     error = np.inf
     while True:
         r = (sweep(x) - x) / scale
-        norm = float(np.abs(r).max())
+        norm = math.sqrt(r @ r)
         residuals.append(norm)
         if not norm < np.inf:  # nan or infinite
             return Outcome(x, False, np.inf, tuple(residuals))
@@ -68,12 +70,13 @@ def solve(
         trace.r.append(r)
         if len(trace.r) > 1:
             dx = trace.x[-1] - trace.x[-2]
-            if np.abs(dx).max() > 0.01 * tolerance:  # smaller differences are noise of the subsystems' solvers
+            if dx @ dx > (0.01 * tolerance) ** 2:  # smaller differences are noise of the subsystems' solvers
                 trace.secants.add(dx, r - trace.r[-2])
         e = trace.secants.error(r)
-        error = float(max(np.abs(e).max(), np.abs(e - r).max()))
+        left = e - r
+        error = math.sqrt(max(e @ e, left @ left))
         if error <= (tolerance if trace.secants.columns else BLIND * tolerance):
             return Outcome(x, True, error, tuple(residuals))
-        if len(residuals) >= limit or norm > HOPELESS * residuals[0] + HOPELESS * tolerance:
+        if len(residuals) >= limit or norm > RUNAWAY:
             return Outcome(x, False, error, tuple(residuals))
         x = x + scale * method.update(trace)

@@ -8,6 +8,8 @@ replaces them."""
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 __all__ = ["Secants", "spectral_radius"]
@@ -25,29 +27,27 @@ class Secants:
 
     def add(self, dx: np.ndarray, dr: np.ndarray) -> None:
         """Takes in the difference of two sweeps of the same macro step."""
-        length = np.sqrt(dr @ dr)
+        length = math.sqrt(dr @ dr)
         if length == 0.0:
             return
+        # Gram-Schmidt on the dr, and the same combinations of the dx + dr: (I - W V+) then needs no solve.
         kept: list[tuple[np.ndarray, np.ndarray]] = []
         basis: list[np.ndarray] = []
-        triangle = np.zeros((self.size, self.size))
-        for column in [(dx / length, dr / length), *self.columns]:
-            rest = column[1]
-            k = len(kept)
-            if k == self.size:
-                break
-            for i, q in enumerate(basis):
-                triangle[i, k] = q @ rest
-                rest = rest - triangle[i, k] * q
-            triangle[k, k] = np.sqrt(rest @ rest)
-            if triangle[k, k] > INDEPENDENT:
+        images: list[np.ndarray] = []
+        for column in ((dx / length, dr / length), *self.columns):
+            rest, image = column[1], column[0] + column[1]
+            for q, w in zip(basis, images, strict=True):
+                share = q @ rest
+                rest, image = rest - share * q, image - share * w
+            left = math.sqrt(rest @ rest)
+            if left > INDEPENDENT:
                 kept.append(column)
-                basis.append(rest / triangle[k, k])
+                basis.append(rest / left)
+                images.append(image / left)
+            if len(kept) == self.size:
+                break
         self.columns = kept
-        k = len(kept)
-        pseudo_inverse = np.linalg.solve(triangle[:k, :k], np.array(basis))
-        w = np.array([dx + dr for dx, dr in kept])
-        self.inverse = np.eye(self.size) - w.T @ pseudo_inverse
+        self.inverse = np.eye(self.size) - np.array(images).T @ np.array(basis)
 
     def error(self, r: np.ndarray) -> np.ndarray:
         """Estimate (n,) of x* - x for the residual r of x."""

@@ -23,8 +23,10 @@ __all__ = ["run"]
 
 def run(scene: Scene, progress: Callable[[float], None] = lambda time: None) -> xr.Dataset:
     """The result (results.collect). Raises SubsystemError and CouplingError; what had been computed by then is the
-    error's attribute `partial`, with status saying why it ended."""
+    error's `partial`, whose status says why it ended."""
     with contextlib.ExitStack() as stack:
+        for member in scene.members:
+            stack.callback(member.archive.close)  # the extracted files; a later run extracts them again
         slaves = [stack.enter_context(contextlib.closing(_slave(scene, member))) for member in scene.members]
         recorded = {m.name: _recorded(m) for m in scene.members}
         signals = {m.name: m.signals for m in scene.members}
