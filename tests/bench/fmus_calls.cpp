@@ -4,7 +4,6 @@
 #include <functional>
 #include <limits>
 
-#include "../cpp/probe/data.hpp"
 #include "blueprint.hpp"
 #include "fmi2Functions.h"
 
@@ -39,7 +38,6 @@ int main() {
   const unsigned outputs[] = {reference("x"), reference("v"), reference("reading")};
   const int orders[] = {1, 1, 1};
   double values[] = {0.1, 0.2, 0.3};
-  std::printf("The chain alone, built with the same flags: about %d substeps of 4 stages a step.\n", 10);
 
   report("fmi2SetReal, 3 inputs", [&] { fmi2SetReal(fmu, inputs, 3, values); });
   report("fmi2SetRealInputDerivatives, 3 inputs", [&] { fmi2SetRealInputDerivatives(fmu, inputs, 3, orders, values); });
