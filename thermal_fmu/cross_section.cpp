@@ -12,8 +12,11 @@ namespace {
 
 using Eigen::Vector2d;
 constexpr double kTurn = 2.0 * std::numbers::pi;
-constexpr double kWidestView = 100.0 / 360.0 * kTurn;  // of one piece, from its TCA's axis [rad]
-constexpr double kLeastGap = 1e-3;                     // between circles, in TCA radii: thinner ligaments mesh badly
+// Widest views of one piece from its TCA's axis [rad]: a bisector runs past the TCA closely and needs shorter ones than
+// the rim (measured: these reach a given error with the fewest unknowns).
+constexpr double kWidestBisectorView = 64.0 / 360.0 * kTurn;
+constexpr double kWidestRimView = 100.0 / 360.0 * kTurn;
+constexpr double kLeastGap = 1e-3;  // between circles, in TCA radii: thinner ligaments mesh badly
 
 Vector2d on_circle(double radius, double angle) { return radius * Vector2d(std::cos(angle), std::sin(angle)); }
 double angle_of(const Vector2d& v) { return std::atan2(v.y(), v.x()); }
@@ -24,7 +27,7 @@ double turn(double from, double to) {
   return angle < 0.0 ? angle + kTurn : angle;
 }
 
-int pieces(double view) { return std::max(1, static_cast<int>(std::ceil(view / kWidestView - 1e-9))); }
+int pieces(double view, double widest) { return std::max(1, static_cast<int>(std::ceil(view / widest - 1e-9))); }
 
 [[noreturn]] void refuse(const std::string& what, double value, const std::string& range, const std::string& remedy) {
   std::ostringstream text;
@@ -50,8 +53,8 @@ std::vector<std::size_t> sorted(const PerTca& azimuth) {
   return order;
 }
 
-/// Points along the bisector between two neighbours, from the axis to the rim: seen from either TCA they are evenly spread
-/// in angle, and the two, being mirror images, agree on them.
+/// Points along the bisector between two neighbours, from the axis to the rim: seen from either TCA they are evenly
+/// spread in angle, and the two, being mirror images, agree on them.
 std::vector<Vector2d> bisector(const Body& body, const Tca& tca, double azimuth, double gap) {
   const Vector2d axis = on_circle(tca.offset, azimuth);
   const double direction = azimuth + 0.5 * gap;
@@ -59,7 +62,7 @@ std::vector<Vector2d> bisector(const Body& body, const Tca& tca, double azimuth,
   const double first = angle_of(-axis);
   const double view = kTurn - turn(first, angle_of(rim - axis));
   std::vector<Vector2d> points{Vector2d::Zero()};
-  const int n = pieces(view);
+  const int n = pieces(view, kWidestBisectorView);
   const Vector2d along = on_circle(1.0, direction);
   for (int i = 1; i < n; ++i) {
     const Vector2d ray = on_circle(1.0, first - view * i / n);
@@ -76,7 +79,7 @@ std::vector<Curve> rim_arcs(const Body& body, const Vector2d& axis, double from,
   const double first = angle_of(on_circle(body.radius, from) - axis);
   double view = turn(first, angle_of(on_circle(body.radius, to) - axis));
   if (to - from > kTurn - 1e-9) view = kTurn;  // the only TCA: once round
-  const int n = std::max(pieces(view), to - from > kTurn - 1e-9 ? 4 : 1);
+  const int n = pieces(view, kWidestRimView);
   std::vector<double> ends{from};
   for (int i = 1; i < n; ++i) {
     const Vector2d ray = on_circle(1.0, first + view * i / n);
@@ -101,7 +104,7 @@ void add_piece(const Tca& tca, int index, const Vector2d& axis, const Curve& bou
   for (std::size_t i = 0; i + 1 < annulus.size(); ++i) {
     patches.push_back({bore, circle, annulus[i], annulus[i + 1], index, false});
   }
-  static constexpr std::array<double, 3> kRuled{0.0, 0.4, 1.0};
+  static constexpr std::array<double, 3> kRuled{0.0, 0.33, 1.0};
   for (std::size_t i = 0; i + 1 < kRuled.size(); ++i) {
     const bool is_last = i + 2 == kRuled.size();
     patches.push_back({circle, boundary, kRuled[i], kRuled[i + 1], -1, is_last && is_at_surface});
@@ -126,9 +129,7 @@ Curve Curve::arc(const Vector2d& centre, double radius, double from_angle, doubl
   return curve;
 }
 
-Vector2d Curve::at(double s) const {
-  return middle_ + s * half_ + on_circle(radius_, mid_angle_ + s * half_angle_);
-}
+Vector2d Curve::at(double s) const { return middle_ + s * half_ + on_circle(radius_, mid_angle_ + s * half_angle_); }
 
 Vector2d Curve::slope(double s) const {
   const double angle = mid_angle_ + s * half_angle_;
@@ -145,7 +146,8 @@ void check(const Body& body, const Tca& tca) {
   if (!(body.length > 0.0)) refuse("body.length", body.length, "more than 0 m", "give the body's length");
   const double gap = kLeastGap * tca.outer_radius;
   if (!(tca.outer_radius > 0.0) || !(tca.outer_radius < body.radius)) {
-    refuse("tca.outer_radius", tca.outer_radius, metres(0.0, body.radius), "a TCA must fit into the body (body.radius)");
+    refuse("tca.outer_radius", tca.outer_radius, metres(0.0, body.radius),
+           "a TCA must fit into the body (body.radius)");
   }
   if (!(tca.inner_radius > 0.0) || !(tca.inner_radius < tca.outer_radius - gap)) {
     refuse("tca.inner_radius", tca.inner_radius, metres(0.0, tca.outer_radius - gap),
@@ -160,8 +162,7 @@ void check(const Body& body, const Tca& tca) {
   const std::vector<std::size_t> order = sorted(tca.azimuth);
   for (std::size_t k = 0; k < kTcas; ++k) {
     const std::size_t i = order[k], j = order[(k + 1) % kTcas];
-    const double distance =
-        (on_circle(tca.offset, tca.azimuth[i]) - on_circle(tca.offset, tca.azimuth[j])).norm();
+    const double distance = (on_circle(tca.offset, tca.azimuth[i]) - on_circle(tca.offset, tca.azimuth[j])).norm();
     if (!(distance >= 2.0 * tca.outer_radius + gap)) {
       refuse("the distance between the axes of TCA " + std::to_string(i + 1) + " and TCA " + std::to_string(j + 1),
              distance, "at least " + std::to_string(2.0 * tca.outer_radius + gap) + " m (two outer radii)",

@@ -1,9 +1,9 @@
 // The cross-section as curved quadrilaterals: a disc (body) with N round holes (bores), each in an annulus (TCA).
 //
 // Every TCA owns the sector up to the bisectors towards its neighbours. Round its circle the sector is cut where the
-// bisectors meet at the axis and the rim, and further so that no piece is seen from the TCA's axis under more than a right
-// angle (and a little). Each piece is ruled twice: bore to TCA circle, TCA circle to the sector's boundary; both rings are
-// split radially as their ratio of radii asks for. Circles are exact.
+// bisectors meet at the axis and the rim, and further so that no piece is seen from the TCA's axis under a wide angle.
+// Each piece is ruled twice: bore to TCA circle, TCA circle to the sector's boundary; both rings are split radially as
+// their ratio of radii asks for. Circles are exact.
 #pragma once
 
 #include <Eigen/Core>
@@ -35,7 +35,7 @@ struct Patch {
   Curve outer;
   double t_from = 0.0;
   double t_to = 1.0;
-  int tca = -1;              // -1: body
+  int tca = -1;                // -1: body
   bool is_at_surface = false;  // its side t = t_to lies on the outer circle
 };
 

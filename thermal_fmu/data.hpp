@@ -10,18 +10,18 @@ struct Data {
   Parameters parameters;
 
   // Inputs.
-  std::array<fmu::Polynomial, kTcas> V{};      // [V]
-  std::array<fmu::Polynomial, kTcas> delta{};  // [m]
+  std::array<fmu::Polynomial, kTcas> V{};            // [V]
+  std::array<fmu::Polynomial, kTcas> delta{};        // [m]
   fmu::Polynomial T_ambient{298.15, 0.0, 0.0, 0.0};  // [K]
 
   // Outputs and their rates.
-  PerTca T = filled(298.15);    // [K]
-  PerTca T_rate = filled(0.0);  // [K/s]
-  PerTca P = filled(0.0);       // [W]
-  double Q_loss = 0.0;          // [W]
-  double E_stored = 0.0;        // [J]
-  double T_max = 298.15;        // [K]
-  double T_surface = 298.15;    // [K]
+  PerTca T = filled(298.15);     // [K]
+  PerTca T_rate = filled(0.0);   // [K/s]
+  PerTca P = filled(0.0);        // [W]
+  double Q_loss = 0.0;           // [W]
+  double E_stored = 0.0;         // [J]
+  double T_max = 298.15;         // [K]
+  double T_surface = 298.15;     // [K]
   double reduction_bound = 0.0;  // [K]
   int reduction_states = 0;
 };

@@ -1,17 +1,17 @@
 // The heat problem after discretisation in space by spectral elements (Gauss-Lobatto-Legendre nodes, order p):
 //     mass T' = -stiffness T + sum_i mean_i P_i + surface T_ambient,
-// all for the body's length. The source of TCA i is spread evenly over its annulus, so its load is the vector that takes
-// the annulus' mean: T_i = mean_i' T. The surface's load takes its mean too: T_surface = surface' T / (h times its area).
+// all for the body's length. The source of TCA i is spread evenly over its annulus, so its load is the vector that
+// takes the annulus' mean: T_i = mean_i' T. The surface's load takes its mean too: T_surface = surface' T / (h times
+// its area).
 #pragma once
 
 #include <Eigen/SparseCore>
 #include <vector>
 
 #include "cross_section.hpp"
+#include "heat_level.hpp"
 
 namespace thermal {
-
-inline constexpr int kChannels = static_cast<int>(kTcas) + 1;  // a power for each TCA, then the surroundings
 
 struct HeatMatrices {
   Eigen::VectorXd mass;                   // diagonal [J/K]

@@ -39,24 +39,24 @@ struct Body {
 };
 
 struct Tca {
-  double outer_radius = 0.85e-3;           // [m]
-  double inner_radius = 0.2e-3;            // radius of the bore [m]
-  double offset = 2.5e-3;                  // from the body's axis to a TCA's axis [m]
-  PerTca azimuth = even_azimuths();        // [rad]
-  double k = 0.19;                         // [W/(m K)]
-  double rho_c = 0.969e6;                  // [J/(m3 K)]
-  PerTca R = filled(6.9);                  // resistance of each TCA at T_ref and delta = 0 [ohm]
-  double alpha_T = 0.0;                    // relative change of resistance with temperature [1/K]
-  double beta = 0.0;                       // relative change of resistance with strain delta/length [1]
-  double T_ref = 298.15;                   // temperature at which R holds [K]
+  double outer_radius = 0.85e-3;     // [m]
+  double inner_radius = 0.2e-3;      // radius of the bore [m]
+  double offset = 2.5e-3;            // from the body's axis to a TCA's axis [m]
+  PerTca azimuth = even_azimuths();  // [rad]
+  double k = 0.19;                   // [W/(m K)]
+  double rho_c = 0.969e6;            // [J/(m3 K)]
+  PerTca R = filled(6.9);            // resistance of each TCA at T_ref and delta = 0 [ohm]
+  double alpha_T = 0.0;              // relative change of resistance with temperature [1/K]
+  double beta = 0.0;                 // relative change of resistance with strain delta/length [1]
+  double T_ref = 298.15;             // temperature at which R holds [K]
   bool operator==(const Tca&) const = default;
 };
 
 struct Parameters {
   Body body;
   Tca tca;
-  double h = 20.0;       // heat transfer at the outer circle [W/(m2 K)]
-  double T_0 = 298.15;   // uniform temperature at the start [K]
+  double h = 20.0;      // heat transfer at the outer circle [W/(m2 K)]
+  double T_0 = 298.15;  // uniform temperature at the start [K]
   Level level = Level::reduced;
   double tolerance = 1e-5;  // error of temperature rises, relative to the steady rise of a heated TCA [1]
   bool operator==(const Parameters&) const = default;

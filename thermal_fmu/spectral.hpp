@@ -1,4 +1,5 @@
-// One-dimensional Gauss-Lobatto-Legendre rule: nodes, weights, derivatives of the Lagrange polynomials through the nodes.
+// One-dimensional Gauss-Lobatto-Legendre rule: nodes, weights, derivatives of the Lagrange polynomials through the
+// nodes.
 #pragma once
 
 #include <Eigen/Core>

@@ -54,7 +54,8 @@ void circuit_and_surroundings(Table<Data>& table, const thermal::Parameters& p) 
       .range(kTiny, 1e9)
       .nominal(20.0);
   table.parameter("T_0", p.T_0, "K", "Temperature of the whole section at the start").range(1.0, 1e4).nominal(300.0);
-  table.parameter("level", p.level, "", "Model: resistor network, reduced with known error, or all unknowns of the mesh")
+  table
+      .parameter("level", p.level, "", "Model: resistor network, reduced with known error, or all unknowns of the mesh")
       .choices({"lumped", "reduced", "full"});
   table
       .parameter("tolerance", p.tolerance, "1",

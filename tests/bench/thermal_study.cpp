@@ -1,0 +1,108 @@
+// Studies of the heat model, as CSV on standard output: bench_thermal [mesh | reduction | feedback | cost], all by default.
+#include <chrono>
+#include <cstdio>
+#include <cstring>
+
+#include "thermal_scene.hpp"
+
+namespace thermal {
+namespace {
+
+constexpr double kFine = 1e-7;  // tolerance of reductions whose error must not show
+
+/// Largest error of T over the rows of the reference.
+double against_reference(Run run) {
+  const Drive drive = step_scene();
+  double t = 0.0, worst = 0.0;
+  for (const ReferenceRow& row : step_reference()) {
+    run.advance(drive, row.t - t);
+    t = row.t;
+    const Observation seen = run.observe(drive);
+    for (std::size_t i = 0; i < 3; ++i) worst = std::max(worst, std::abs(seen.rise[i] - row.rises[i]));
+  }
+  return worst;
+}
+
+Run fine_run(int order) {
+  Parameters p;
+  p.tolerance = kFine;
+  return {level_of(p, order)};
+}
+
+void mesh() {
+  std::puts("# mesh: scene step, T_i at the reference's times and against the same scene at order 10");
+  std::puts("order,unknowns,error_to_reference_K,error_to_order_10_K");
+  for (int order = 2; order <= 8; ++order) {
+    const auto n = heat_matrices({}, order).size();
+    std::printf("%d,%ld,%.3e,%.3e\n", order, static_cast<long>(n), against_reference(fine_run(order)),
+                largest_gap(fine_run(order), fine_run(10), step_scene(), 30.0));
+  }
+}
+
+void reduction() {
+  std::puts("# reduction: scene step to 300 s on one mesh, error against that mesh unreduced, the bound published at the end");
+  std::puts("tolerance,states,error_K,bound_K,bound_over_error");
+  const Drive drive = step_scene();
+  for (double tolerance : {1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6}) {
+    Parameters p, fine;
+    p.tolerance = tolerance;
+    fine.tolerance = 1e-8;
+    Run run(level_of(p, 5));
+    const double error = largest_gap(run_of(p).unknowns() ? Run(level_of(p, 5)) : run_of(p), Run(level_of(fine, 5)), drive, 300.0);
+    run.advance(drive, 300.0);
+    const double bound = run.observe(drive).bound;
+    std::printf("%g,%d,%.3e,%.3e,%.1f\n", tolerance, run.unknowns(), error, bound, bound / error);
+  }
+}
+
+template <class Task>
+double microseconds(int repeats, Task task) {
+  double least = 1e300;
+  for (int round = 0; round < 7; ++round) {
+    const auto start = std::chrono::steady_clock::now();
+    for (int i = 0; i < repeats; ++i) task(i);
+    const std::chrono::duration<double, std::micro> spent = std::chrono::steady_clock::now() - start;
+    least = std::min(least, spent.count() / repeats);
+  }
+  return least;
+}
+
+void cost() {
+  std::puts("# cost: least of 7 rounds, steps of 0.1 s, default tolerance");
+  std::puts("level,unknowns,build_ms,step_us,observe_us,scene_30s_ms");
+  const Drive drive = step_scene();
+  Drive cubic = drive;
+  for (std::size_t i = 0; i < kTcas; ++i) cubic.V[i] = {1.0, 0.1, 0.01, 0.001};
+  cubic.ambient_rise = {1.0, 0.1, 0.0, 0.0};
+  for (const auto& [name, level, feedback] : {std::tuple{"lumped", Level::lumped, false},
+                                              {"reduced", Level::reduced, false},
+                                              {"reduced with feedback", Level::reduced, true},
+                                              {"full", Level::full, false},
+                                              {"full with feedback", Level::full, true}}) {
+    Parameters p;
+    p.level = level;
+    if (feedback) p.tca.alpha_T = 0.004, p.tca.beta = 0.1;
+    const double build = microseconds(1, [&](int) { run_of(p); });
+    Run run = run_of(p);
+    const int repeats = level == Level::full ? 20 : 2000;
+    const double step = microseconds(repeats, [&](int i) { run.advance(i % 2 ? cubic : drive, 0.1); });
+    double sink = 0.0;
+    const double observe = microseconds(repeats, [&](int) { sink += run.observe(drive).rise[0]; });
+    const double scene = microseconds(1, [&](int) {
+      std::fill(run.state.begin(), run.state.end(), 0.0);
+      for (int i = 0; i < 300; ++i) run.advance(drive, 0.1), sink += run.observe(drive).rise[0];
+    });
+    std::printf("%s,%d,%.2f,%.3f,%.3f,%.2f%s\n", name, run.unknowns(), build * 1e-3, step, observe, scene * 1e-3,
+                sink == 0.0 ? "!" : "");
+  }
+}
+
+}  // namespace
+}  // namespace thermal
+
+int main(int argc, char** argv) {
+  const auto wanted = [&](const char* name) { return argc < 2 || std::strcmp(argv[1], name) == 0; };
+  if (wanted("mesh")) thermal::mesh();
+  if (wanted("reduction")) thermal::reduction();
+  if (wanted("cost")) thermal::cost();
+}

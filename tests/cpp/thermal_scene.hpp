@@ -1,0 +1,95 @@
+// What the thermal tests and benchmarks share: scenes driven through the core, the independent reference, a truth for space.
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <fstream>
+#include <memory>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "full_level.hpp"
+#include "heat_matrices.hpp"
+#include "modal_level.hpp"
+#include "modal_model.hpp"
+
+namespace thermal {
+
+/// Constant voltages, 1.5 i on TCA i (the scene `step` for three TCAs); surroundings as at the start.
+inline Drive step_scene() {
+  Drive drive;
+  for (std::size_t i = 0; i < kTcas; ++i) drive.V[i][0] = 1.5 * static_cast<double>(i);
+  return drive;
+}
+
+/// A level with its state.
+class Run {
+ public:
+  Run(std::unique_ptr<HeatLevel> level, double tolerance = 1e-5)
+      : level_(std::move(level)), tolerance_(tolerance), state(level_->state_size(), 0.0) {}
+
+  void advance(const Drive& drive, double h) { level_->advance(state, drive, h, tolerance_); }
+  Observation observe(const Drive& drive) { return level_->observe(state, drive); }
+  int unknowns() const { return level_->unknowns(); }
+
+ private:
+  std::unique_ptr<HeatLevel> level_;
+  double tolerance_;
+
+ public:
+  std::vector<double> state;
+};
+
+inline std::unique_ptr<HeatLevel> level_of(const Parameters& p, int order) {
+  const HeatMatrices matrices = heat_matrices(p, order);
+  switch (p.level) {
+    case Level::full:
+      return std::make_unique<FullLevel>(matrices, p);
+    case Level::reduced:
+      return std::make_unique<ModalLevel>(reduced(matrices, p.tolerance), p);
+    default:
+      return std::make_unique<ModalLevel>(lumped(matrices, reduced(matrices, 1e-4)), p);
+  }
+}
+
+inline Run run_of(const Parameters& p) { return {level_of(p, element_order(p.tolerance)), p.tolerance}; }
+
+struct ReferenceRow {
+  double t;                     // [s]
+  std::array<double, 3> rises;  // over 25 degC [K]
+};
+
+/// Rows of data/thermal_step.csv.
+inline std::vector<ReferenceRow> step_reference() {
+  std::ifstream file(std::string(TCA_TEST_DATA) + "/thermal_step.csv");
+  if (!file) throw std::runtime_error("thermal_step.csv is missing");
+  std::vector<ReferenceRow> rows;
+  for (std::string line; std::getline(file, line);) {
+    ReferenceRow row{};
+    char comma;
+    std::istringstream fields(line);
+    if (!(fields >> row.t >> comma >> row.rises[0] >> comma >> row.rises[1] >> comma >> row.rises[2])) continue;
+    for (double& rise : row.rises) rise -= 25.0;
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+/// Largest difference of T_i between two runs under one drive, at times 2^k up to `last` and in steps of its 100th.
+inline double largest_gap(Run a, Run b, const Drive& drive, double last) {
+  double gap = 0.0, t = 0.0;
+  for (int k = -30; k <= 60; ++k) {
+    const double until = k < 0 ? 0.02 * last * std::pow(2.0, k / 2.0) : last * (k + 1) / 61.0;
+    if (until <= t) continue;
+    a.advance(drive, until - t);
+    b.advance(drive, until - t);
+    t = until;
+    const Observation seen_a = a.observe(drive), seen_b = b.observe(drive);
+    for (std::size_t i = 0; i < kTcas; ++i) gap = std::max(gap, std::abs(seen_a.rise[i] - seen_b.rise[i]));
+  }
+  return gap;
+}
+
+}  // namespace thermal

@@ -1,0 +1,51 @@
+// One level of the heat model, whatever its size: what drives it, what is seen of it, how it advances.
+// Its state is a vector of doubles owned by the caller; a level itself keeps only scratch that follows from its
+// arguments.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <span>
+
+#include "parameters.hpp"
+
+namespace thermal {
+
+inline constexpr int kChannels = static_cast<int>(kTcas) + 1;  // a power for each TCA, then the surroundings
+
+/// Value and first three derivatives at the start of a step.
+using Cubic = std::array<double, 4>;
+
+struct Drive {
+  std::array<Cubic, kTcas> V{};      // [V]
+  std::array<Cubic, kTcas> delta{};  // [m]
+  Cubic ambient_rise{};              // T_ambient - T_0 [K]
+};
+
+struct Observation {
+  PerTca rise{};              // T_i - T_0 [K]
+  PerTca rate{};              // dT_i/dt [K/s]
+  PerTca power{};             // [W]
+  double loss = 0.0;          // through the surface [W]
+  double stored = 0.0;        // since the uniform T_0 [J]
+  double max_rise = 0.0;      // in TCAs and on the surface [K]
+  double surface_rise = 0.0;  // mean [K]
+  double bound = 0.0;         // no T_i was further than this from the same mesh unreduced, given the powers so far [K]
+};
+
+class HeatLevel {
+ public:
+  virtual ~HeatLevel() = default;
+
+  /// Doubles in the state, all of them zero at the uniform temperature T_0.
+  virtual std::size_t state_size() const = 0;
+  /// Unknown temperatures or amplitudes.
+  virtual int unknowns() const = 0;
+  /// From the start of the drive to `h` [s] later. `tolerance` matters where time is not exact. Throws
+  /// std::domain_error when a resistance stops being positive, std::runtime_error when the integrator cannot go on.
+  virtual void advance(std::span<double> state, const Drive& drive, double h, double tolerance) = 0;
+  /// What is seen at the start of the drive.
+  virtual Observation observe(std::span<const double> state, const Drive& drive) = 0;
+};
+
+}  // namespace thermal
