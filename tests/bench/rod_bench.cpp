@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstdio>
 
+#include "pade.hpp"
 #include "rod_support.hpp"
 
 using namespace rod;
@@ -57,6 +58,30 @@ void kernels() {
   }
 }
 
+void grid() {
+  std::printf("\npade_euler, damped release at 1 ms: points  one step  per point [us]\n");
+  for (int points : {11, 21, 41, 81, 161}) {
+    Parameters p = bare_rod();
+    p.body_retardation = 5e-3;
+    const GridRod rod(p, Section::of(p), points);
+    std::vector<double> memory(GridState::size(points));
+    GridState state(memory.data(), points);
+    GridScratch scratch = rod.scratch();
+    rod.straighten(state);
+    Inputs inputs;
+    inputs.gravity[0][0] = 9.81;
+    constexpr int steps = 200;
+    double best = 1e9;
+    for (int repeat = 0; repeat < 5; ++repeat) {
+      rod.straighten(state);
+      const double start = seconds();
+      for (int i = 0; i < steps; ++i) rod.step(inputs, 1e-3, state, scratch);
+      best = std::min(best, (seconds() - start) / steps * 1e6);
+    }
+    std::printf("%43d %9.1f %10.2f\n", points, best, best / points);
+  }
+}
+
 void release() {
   const auto rows = rod_test::read_csv("rod_release.csv");
   std::printf("\nrelease, 1 s: damping order tolerance  error at 0.1 s [um]  at 1 s [um]  times real time\n");
@@ -91,5 +116,6 @@ void release() {
 
 int main() {
   kernels();
+  grid();
   release();
 }
