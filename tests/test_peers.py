@@ -64,7 +64,7 @@ def test_a_code_that_is_missing_is_named_with_the_remedy_and_the_rest_runs(
         (said,) = (note for note in notes if package in note)
         assert said.startswith(f"not run: {package} ")
         assert "pip install 'tca-cosim[peers]'" in said
-    # every kind of row: errors fall with the tolerance, and each has its own time
+    # one row of ours for each setting, whole and consistent
     assert len(rows) == sum(len(ours.settings(damped)) for damped in (False, True))
     assert all(r.cpu > 0 and r.cpu_low == r.cpu == r.cpu_high and r.times_real_time == 1 / r.cpu for r in rows)
     assert all(r.error <= r.largest_error for r in rows)

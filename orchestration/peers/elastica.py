@@ -12,7 +12,7 @@ from .release import PROBE, Code, Release, Setting
 
 __all__ = ["CODE"]
 
-_STEPS = {10: 5e-4, 20: 3.125e-4, 40: 1.25e-4, 80: 7.8125e-5}  # elements: step [s]; a fifth longer is unstable
+_STEPS = {10: 5e-4, 20: 3.125e-4, 40: 1.25e-4, 80: 7.8125e-5}  # elements: step [s]; a quarter longer is unstable
 _FINE = {160: 3.90625e-5, 320: 1.953125e-5}  # the grids of its own answer
 
 
