@@ -13,9 +13,9 @@ from .errors import SubsystemError
 from .exchange import METHODS, Exchange, Sample
 from .failure import StepError
 from .iteration import RUNAWAY, Method, Outcome, Trace, solve
-from .network import Circuit, Node
+from .network import Circuit, Link, Node
 
-__all__ = ["Settings", "couple", "step_node"]
+__all__ = ["Settings", "couple", "feed", "step_node"]
 
 
 @dataclass(frozen=True)
@@ -30,12 +30,17 @@ class Settings:
     halvings: int = 6
 
 
+def feed(node: Node, links: list[Link], time: float, exchange: Exchange) -> None:
+    """Inputs whose sources have done the step already."""
+    for link in links:
+        source = link.source
+        node.inputs[:, link.targets] = exchange.fit((*source.samples, source.now), time)[:, link.columns]
+
+
 def step_node(node: Node, time: float, length: float, exchange: Exchange) -> None:
     """Forward inputs, then the subsystem's own step; torn and external inputs are set already. Raises
     SubsystemError."""
-    for link in node.forward:
-        source = link.source
-        node.inputs[:, link.targets] = exchange.fit((*source.samples, source.now), time)[:, link.columns]
+    feed(node, node.forward, time, exchange)
     node.subsystem.set_inputs(node.inputs)
     node.subsystem.step(time, length)
     node.now = node.sample(time + length)

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from . import settle
-from .couple import Settings, couple, step_node
+from .couple import Settings, couple, feed, step_node
 from .errors import SubsystemError
 from .exchange import Sample
 from .failure import StepError
@@ -89,6 +89,7 @@ class Master:
                 for node in circuit.nodes:
                     for column, signal in node.signals:
                         node.inputs[:, column] = signal.polynomial(time, length)
+                    feed(node, node.given, time, self.settings.exchange)
                 if not circuit.unknowns:
                     step_node(circuit.nodes[0], time, length, self.settings.exchange)
                     continue

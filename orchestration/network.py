@@ -33,7 +33,8 @@ class Node:
     subsystem: Subsystem
     signals: tuple[tuple[int, Signal], ...]  # input column and what drives it
     inputs: np.ndarray  # (4, n_u) polynomials for the step to come
-    forward: list[Link] = field(default_factory=list)  # into this node, source stepped before it
+    given: list[Link] = field(default_factory=list)  # into this node, from circuits done before its own
+    forward: list[Link] = field(default_factory=list)  # into this node, from nodes before it in the same sweep
     torn: list[Link] = field(default_factory=list)  # into this node, end value guessed or extrapolated
     needs_rates: bool = False
     samples: tuple[Sample, ...] = ()  # newest last; cut at events
@@ -68,11 +69,13 @@ def assemble(
     for loop in loops(list(nodes), connections, jacobi):
         for name in loop.members:
             into = [c for c in connections if c.target[0] == name]
-            nodes[name].forward = _links(nodes, name, [c for c in into if c not in loop.torn])
+            inside = [c for c in into if c.source[0] in loop.members and c not in loop.torn]
+            nodes[name].given = _links(nodes, name, [c for c in into if c.source[0] not in loop.members])
+            nodes[name].forward = _links(nodes, name, inside)
             nodes[name].torn = _links(nodes, name, [c for c in into if c in loop.torn])
         circuits.append(_circuit(nodes, loop, waveform))
     for node in nodes.values():
-        for links, method in ((node.forward, exchange), (node.torn, waveform)):
+        for links, method in ((node.given + node.forward, exchange), (node.torn, waveform)):
             if links and method.order > 1 and not node.subsystem.takes_polynomials:
                 raise SubsystemError(
                     f"{node.subsystem.name} cannot interpolate inputs, so it sees held ones only; "

@@ -53,6 +53,8 @@ def _settle(
         for link in node.torn:
             if link.source.samples:
                 _feed(node, link.targets, link.columns, link.source.samples[-1])
+        for link in node.given:
+            _feed(node, link.targets, link.columns, link.source.now)
 
     def sweep() -> None:
         for node in circuit.nodes:
