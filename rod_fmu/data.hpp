@@ -54,7 +54,7 @@ struct Parameters {
   double T_0 = 298.15;                 // K, the temperature of zero stroke
   Closure closure = Closure::inside;
   Strains strains = Strains::cosserat;
-  int order = 4;  // degree of the strain polynomials
+  int order = 4;         // degree of the strain polynomials
   int grid_points = 21;  // of the method pade_euler
   bool dynamic = true;
   bool start_at_equilibrium = false;
