@@ -12,7 +12,7 @@ import numpy as np
 from .errors import SubsystemError
 from .exchange import METHODS, Exchange, Sample
 from .failure import StepError
-from .iteration import RUNAWAY, Method, Outcome, Trace, solve
+from .iteration import Method, Outcome, Trace, solve
 from .network import Circuit, Link, Node
 
 __all__ = ["Settings", "couple", "feed", "step_node"]
@@ -28,6 +28,7 @@ class Settings:
     tolerance: float = 1e-6
     max_sweeps: int = 30
     halvings: int = 6
+    reach: float = 10.0  # how far a guess may go from the start of a step, in nominals: beyond, subsystems only suffer
 
 
 def feed(node: Node, links: list[Link], time: float, exchange: Exchange) -> None:
@@ -56,13 +57,16 @@ def couple(
         _tear(circuit, time, settings.waveform, {})
         residual = (_sweep(circuit, time, length, settings) - x) / circuit.scale
         norm = math.sqrt(residual @ residual)
-        if not norm <= RUNAWAY:
-            raise StepError("explicit coupling has run away", (norm,))
+        if not norm <= settings.reach:
+            raise StepError(f"explicit coupling is off by more than the reach of {settings.reach:g} nominals", (norm,))
         return Outcome(x, True, norm, (norm,))
-    fresh = True
+    fresh, start = True, _start(circuit, length, settings.waveform)
 
     def around(x: np.ndarray) -> np.ndarray:
         nonlocal fresh
+        away = (x - start) / circuit.scale
+        if not away @ away <= settings.reach**2:
+            raise StepError(f"the iteration went further than the reach of {settings.reach:g} nominals")
         if not fresh:
             restore(circuit)
         fresh = False
@@ -74,11 +78,13 @@ def couple(
         outcome = solve(around, x, circuit.scale, settings.method, trace, settings.tolerance, settings.max_sweeps)
         if outcome.converged:
             return outcome
+    except StepError as failure:
+        cause = failure.cause
     except SubsystemError as failure:
         cause, reached = str(failure), failure.reached
     residuals = tuple(math.sqrt(r @ r) for r in trace.r)
     if len(residuals) > 1 and residuals[-1] > residuals[0]:
-        cause = "the iteration diverges" + (f", until {cause}" if reached is not None else "")
+        cause = f"the iteration diverges ({cause})"
     raise StepError(cause, residuals, trace.secants.gain, reached)
 
 
@@ -120,6 +126,16 @@ def _ends(circuit: Circuit, x: np.ndarray, time: float, length: float, waveform:
             place += n
         ends[node] = Sample(time + length, values, rates)
     return ends
+
+
+def _start(circuit: Circuit, length: float, waveform: Exchange) -> np.ndarray:
+    """The unknowns at the start of the step."""
+    parts = []
+    for node, columns, _ in circuit.unknowns:
+        parts.append(node.samples[-1].values[columns])
+        if waveform.slopes:
+            parts.append(length * node.samples[-1].rates[columns])
+    return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
 
 def _predict(circuit: Circuit, time: float, length: float, settings: Settings) -> np.ndarray:

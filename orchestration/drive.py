@@ -24,7 +24,8 @@ def drive(
 ) -> Iterator[StepLog]:
     """Yields the log of every accepted macro step. breaks: times [s] at which an input jumps or bends. The master is
     initialised. Raises CouplingError, SubsystemError; what was yielded before stays valid."""
-    time, wish, cap, failures = start, control.step, math.inf, 0
+    time, wish, cap = start, control.step, math.inf
+    least = control.step * 0.5**master.settings.halvings
     for number, place in enumerate(sorted({t for t in breaks if start < t < stop} | {stop})):
         if number:
             master.arrive(time)
@@ -34,22 +35,21 @@ def drive(
             try:
                 taken = control.take(master, time, length)
             except StepError as failure:
-                failures += 1
-                if failures > master.settings.halvings:
+                cap = _shorter(time, length, failure.reached, least)
+                if cap < least * (1.0 - SLIVER):
                     raise give_up(time, length, failure) from failure
-                cap = _shorter(time, length, failure.reached)
                 continue
             yield from taken.steps
             wish = taken.following
             if taken.steps:
-                failures, cap = 0, 2.0 * cap
+                cap *= 2.0
                 time = taken.steps[-1].time
                 if abs(place - time) <= SLIVER * length:
                     time = place
                 progress(time)
 
 
-def _shorter(time: float, length: float, reached: float | None) -> float:
+def _shorter(time: float, length: float, reached: float | None, least: float) -> float:
     """As far as a subsystem came, if that is worth a step, else half."""
     came = 0.0 if reached is None else reached - time
-    return came if length / 64.0 < came < length else 0.5 * length
+    return came if least <= came < length else 0.5 * length

@@ -29,7 +29,7 @@ def give_up(time: float, step: float, failure: StepError) -> CouplingError:
             f"'broyden', 'relaxed' with omega below {2.0 / (1.0 + gain):.2g}, or let one FMU close the loop itself"
         )
     elif len(failure.residuals) == 1:
-        remedy = "Explicit coupling is unstable here: iterate with coupling.method = 'iqn'"
+        remedy = "Iterate with coupling.method = 'iqn', or make coupling.macro_step smaller or coupling.reach larger"
     elif failure.residuals:
         remedy = "Raise coupling.max_sweeps or coupling.tolerance, or use coupling.method = 'iqn'"
     else:

@@ -73,6 +73,7 @@ def _settings(coupling: Coupling) -> Settings:
         tolerance=coupling.tolerance,
         max_sweeps=coupling.max_sweeps,
         halvings=coupling.halvings,
+        reach=coupling.reach,
     )
 
 

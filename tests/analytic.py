@@ -52,7 +52,7 @@ def couple(
     made = iteration.METHODS[method]() if isinstance(method, str) else method
     kinds = exchange.METHODS[through], exchange.METHODS[waveform]
     circuits = assemble(systems, connections, signals or {}, *kinds, jacobi)
-    master = Master(circuits, Settings(*kinds, made, **settings), observe)
+    master = Master(circuits, Settings(*kinds, made, **{"reach": 1e9, **settings}), observe)
     master.initialise(0.0)
     return master, list(drive(master, control or Fixed(step), 0.0, stop, breaks))
 

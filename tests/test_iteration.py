@@ -32,7 +32,8 @@ class Loop:
 
 def run(loop: Loop, method: object, trace: Trace | None = None, limit: int = 200):
     n = loop.b.size
-    return solve(loop, np.zeros(n), np.ones(n), method, trace or Trace(n), TOLERANCE, limit)
+    with np.errstate(over="ignore", invalid="ignore"):  # what diverges may do so to infinity
+        return solve(loop, np.zeros(n), np.ones(n), method, trace or Trace(n), TOLERANCE, limit)
 
 
 # Evaluations to 1e-8, the last one included. None: does not converge.

@@ -165,6 +165,23 @@ def test_a_hopeless_iteration_names_time_residuals_gain_and_remedy() -> None:
     assert "iqn" in error.remedy
 
 
+@pytest.mark.parametrize("method", [None, "plain"])
+def test_no_subsystem_is_asked_for_what_is_out_of_reach(method: str | None) -> None:
+    """A growing loop ends while its values are still moderate, and halving goes no further than asked."""
+    systems, connections = dahlquist()
+    tried = []
+    systems[0] = Wrapped(systems[0])
+    inner = systems[0].inner
+    systems[0].set_inputs = lambda polynomials: (
+        tried.append(np.abs(polynomials[0]).max()),
+        inner.set_inputs(polynomials),
+    )
+    with pytest.raises(CouplingError, match="reach of 3 nominals") as caught:
+        couple(systems, connections, 40.0, 0.8, method, "held", reach=3.0, halvings=0)
+    assert max(tried) < 30.0
+    assert caught.value.step == 0.8
+
+
 def test_without_rollback_only_explicit_coupling_runs() -> None:
     systems, connections = dahlquist()
     systems[0].can_rollback = False

@@ -21,7 +21,7 @@ from .relaxed import Relaxed
 from .secants import Secants, spectral_radius
 from .trace import Method, Trace
 
-__all__ = ["METHODS", "RUNAWAY", "Method", "Outcome", "Secants", "Trace", "solve", "spectral_radius"]
+__all__ = ["METHODS", "Method", "Outcome", "Secants", "Trace", "solve", "spectral_radius"]
 
 METHODS: dict[str, type] = {
     "plain": Plain,
@@ -32,7 +32,6 @@ METHODS: dict[str, type] = {
     "newton": Newton,
 }
 
-RUNAWAY = 100.0  # residual, in nominals, beyond which more sweeps only strain the subsystems
 BLIND = 1e-3  # share of the tolerance that a residual must meet before any secant tells the loop's gain
 
 
@@ -77,6 +76,6 @@ def solve(
         error = math.sqrt(max(e @ e, left @ left))
         if error <= (tolerance if trace.secants.columns else BLIND * tolerance):
             return Outcome(x, True, error, tuple(residuals))
-        if len(residuals) >= limit or norm > RUNAWAY:
+        if len(residuals) >= limit:
             return Outcome(x, False, error, tuple(residuals))
         x = x + scale * method.update(trace)
