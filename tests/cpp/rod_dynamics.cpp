@@ -113,20 +113,22 @@ TEST(RodDynamics, UndampedReleaseAgainstTheReference) {
 
 TEST(RodDynamics, EnergyIsKeptOrAccountedFor) {
   for (double retardation : {0.0, 5e-3}) {
-    Parameters p;  // with warm TCAs
+    Parameters p;  // with its TCAs: bent by a force, let go
     p.order = 2;
     p.body_retardation = retardation;
     Bench bench(p);
-    bench.inputs.gravity[0][0] = 9.81;
-    bench.inputs.T[1][0] = 320.0;
+    bench.inputs.tip_force[0][0] = 3e-3;
+    ASSERT_TRUE(bench.settle());
+    bench.inputs.tip_force[0][0] = 0.0;
     const auto total = [&bench] {
       const Outputs y = bench.look();
-      return y.energy_kinetic + y.energy_elastic + y.energy_gravity + y.energy_tca + bench.state.dissipated;
+      return y.energy_kinetic + y.energy_elastic + y.energy_tca + bench.state.dissipated;
     };
     const double before = total();
     ASSERT_EQ(advance(bench, Method::rosenbrock, 0.5, 1e-9).reached, 0.5);
-    EXPECT_NEAR(total(), before, 1e-8 * before) << "retardation " << retardation;
-    EXPECT_EQ(bench.state.dissipated > 1e-6, retardation > 0.0);
+    // Kept to 1e-8 per second; the heat of damping is one more integral, with an error of its own.
+    EXPECT_NEAR(total(), before, (retardation > 0.0 ? 1e-7 : 0.5e-8) * before) << "retardation " << retardation;
+    EXPECT_EQ(bench.state.dissipated > 0.5 * before, retardation > 0.0);
   }
 }
 
