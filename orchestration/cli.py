@@ -1,5 +1,5 @@
-"""The command line: tca-cosim run | paper | export | list | peers. An error a user can mend is one message and exit
-code 2."""
+"""The command line: tca-cosim run | reference | paper | export | list | peers. An error a user can mend is one
+message and exit code 2."""
 
 from __future__ import annotations
 
@@ -52,6 +52,35 @@ def run_command(
             results.write(result, folder / f"{described.name}.{ending}")
         _summarise(described, result)
         out.print(f"written: {folder / described.name}.nc, .csv", highlight=False)
+
+
+@app.command("reference")
+def reference_command(
+    scene: Annotated[str, typer.Argument(help="Name of a scene (tca-cosim list) or a .toml file")],
+    override: Overrides = [],  # noqa: B006 (typer copies it)
+    folder: Folder = Path("results"),
+    refined: Annotated[bool, typer.Option(help="Finer in space and time, as a check of itself")] = False,
+    against: Annotated[Path | None, typer.Option(help="A result (.nc) to compare with, at its times")] = None,
+) -> None:
+    """Solves a scene independently of the FMUs (extra `reference`); writes NAME.reference.nc."""
+    with _reported():
+        try:
+            from . import reference  # scikit-fem is an extra
+        except ModuleNotFoundError as error:
+            raise CosimError(f"{error}; run pip install 'tca-cosim[reference]'") from error
+        described = read(scene, override)
+        other = results.read(against) if against else None
+        resolution = reference.Resolution().refined() if refined else reference.Resolution()
+        solved = reference.run(described, resolution, None if other is None else other["time"].to_numpy())
+        results.write(solved, folder / f"{described.name}.reference.nc")
+        out.print(f"written: {folder / described.name}.reference.nc", highlight=False)
+        if other is not None:
+            table = Table("quantity", "unit", "largest difference", "at [s]", "rms difference", "its range")
+            for gap in reference.compare(other, solved):
+                table.add_row(
+                    gap.name, gap.unit, f"{gap.most:.3g}", f"{gap.time:g}", f"{gap.rms:.3g}", f"{gap.span:.3g}"
+                )
+            out.print(table)
 
 
 @app.command("paper")

@@ -58,7 +58,8 @@ def couple(
         residual = (_sweep(circuit, time, length, settings) - x) / circuit.scale
         norm = math.sqrt(residual @ residual)
         if not norm <= settings.reach:
-            raise StepError(f"explicit coupling is off by more than the reach of {settings.reach:g} nominals", (norm,))
+            cause = f"explicit coupling is off by more than the reach of {settings.reach:g} nominals"
+            raise StepError(cause, (norm,), remedy="Iterate: coupling.method = 'iqn', or take smaller macro steps")
         return Outcome(x, True, norm, (norm,))
     fresh, start = True, _start(circuit, length, settings.waveform)
 

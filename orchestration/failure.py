@@ -10,14 +10,19 @@ __all__ = ["StepError", "give_up"]
 
 
 class StepError(Exception):
-    """reached: time to which a subsystem came that asked for a smaller step [s]; gain: estimated loop gain, nan if
-    unknown."""
+    """gain: estimated loop gain, nan if unknown; reached: time to which a subsystem came that asked for a smaller step
+    [s]; remedy: where the gain suggests none."""
 
     def __init__(
-        self, cause: str, residuals: tuple[float, ...] = (), gain: float = math.nan, reached: float | None = None
+        self,
+        cause: str,
+        residuals: tuple[float, ...] = (),
+        gain: float = math.nan,
+        reached: float | None = None,
+        remedy: str = "",
     ) -> None:
         super().__init__(cause)
-        self.cause, self.residuals, self.gain, self.reached = cause, residuals, gain, reached
+        self.cause, self.residuals, self.gain, self.reached, self.remedy = cause, residuals, gain, reached, remedy
 
 
 def give_up(time: float, step: float, failure: StepError) -> CouplingError:
@@ -28,10 +33,10 @@ def give_up(time: float, step: float, failure: StepError) -> CouplingError:
             "Plain iteration multiplies the error by the gain in each sweep: use coupling.method = 'iqn', 'newton' or "
             f"'broyden', 'relaxed' with omega below {2.0 / (1.0 + gain):.2g}, or let one FMU close the loop itself"
         )
-    elif len(failure.residuals) == 1:
-        remedy = "Iterate with coupling.method = 'iqn', or make coupling.macro_step smaller or coupling.reach larger"
+    elif failure.remedy:
+        remedy = failure.remedy
     elif failure.residuals:
-        remedy = "Raise coupling.max_sweeps or coupling.tolerance, or use coupling.method = 'iqn'"
+        remedy = "Raise coupling.max_sweeps, coupling.reach or coupling.tolerance, or use coupling.method = 'iqn'"
     else:
         remedy = "Follow what the subsystem says, or make coupling.macro_step smaller"
     return CouplingError(time, step, len(failure.residuals), failure.residuals, gain, failure.cause, remedy)

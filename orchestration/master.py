@@ -95,7 +95,7 @@ class Master:
                     continue
                 trace = self._traces[circuit]
                 outcomes.append(couple(circuit, time, length, self.settings, trace, self._restore))
-                inverse = trace.secants.inverse if trace.secants.columns else None
+                inverse = trace.secants.inverse
         except (SubsystemError, StepError) as failure:
             self.rewind(self._start)
             self._traces[circuit] = Trace(circuit.scale.size)  # what divergence taught misleads

@@ -1,9 +1,11 @@
-"""IQN-ILS, the same as Anderson acceleration of depth n: x+ = G(x) + W c, c = argmin |r + V c| over at most n
-filtered columns kept from step to step (secants.py). At most n + 1 updates for a linear loop, one where the columns
-of earlier steps still hold."""
+"""IQN-ILS, the same as Anderson acceleration of depth n: the secant step over at most n filtered columns kept from
+macro step to macro step (secants.py), and a short plain step in the directions of which no column tells anything
+yet: just long enough to learn from, since the gain there may be anything. At most n + 1 updates for a linear loop,
+one where the columns of earlier steps still hold."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,11 +14,12 @@ from .trace import Trace
 
 __all__ = ["IQN"]
 
+PROBE = 0.02  # longest step into the unknown, in nominals, where the secant step is not longer
+
 
 @dataclass(frozen=True)
 class IQN:
-    omega: float = 0.25  # relaxation while there is no column at all
-
     def update(self, trace: Trace) -> np.ndarray:
-        r = trace.r[-1]
-        return trace.secants.error(r) if trace.secants.columns else self.omega * r
+        secant, rest = trace.secants.split(trace.r[-1])
+        length, known = math.sqrt(rest @ rest), math.sqrt(secant @ secant)
+        return secant + min(1.0, max(PROBE, known) / length if length else 1.0) * rest

@@ -1,10 +1,11 @@
 """What past sweeps tell of the loop: differences of guesses x and residuals r = G(x) - x, newest first, at most n
 columns.
 
-With V = [dr], W = [dx + dr] the error of a guess is estimated as e = (I - W V+) r, which is the IQN-ILS (Anderson)
-update: exact where V spans the residual, the plain update r on the rest. Filter: going from new to old, a column is
-dropped whose part orthogonal to the newer ones is small (QR2 of preCICE), so old columns serve until newer knowledge
-replaces them."""
+With V = [dr] and X = [dx] the error of a guess is estimated as e = -X V+ r on the span of V, where this is the secant
+(multi-Broyden, IQN-ILS) step, and as the plain step r on the rest, of which nothing is known. Filter: going from new to
+old, a column is dropped whose part orthogonal to the newer ones is small (QR2 of preCICE), so old columns serve until
+newer knowledge replaces them.
+"""
 
 from __future__ import annotations
 
@@ -23,40 +24,50 @@ class Secants:
     def __init__(self, n: int) -> None:
         self.size = n
         self.columns: list[tuple[np.ndarray, np.ndarray]] = []  # (dx, dr), newest first, each with |dr| = 1
-        self.inverse = np.eye(n)  # estimate of (I - S)^-1, S = dG/dx; replaced, never written into
+        self.basis = np.zeros((0, n))  # rows: the dr made orthonormal
+        self.steps = np.zeros((0, n))  # the same combinations of the dx
 
     def add(self, dx: np.ndarray, dr: np.ndarray) -> None:
         """Takes in the difference of two sweeps of the same macro step."""
         length = math.sqrt(dr @ dr)
         if length == 0.0:
             return
-        # Gram-Schmidt on the dr, and the same combinations of the dx + dr: (I - W V+) then needs no solve.
         kept: list[tuple[np.ndarray, np.ndarray]] = []
         basis: list[np.ndarray] = []
-        images: list[np.ndarray] = []
+        steps: list[np.ndarray] = []
         for column in ((dx / length, dr / length), *self.columns):
-            rest, image = column[1], column[0] + column[1]
-            for q, w in zip(basis, images, strict=True):
+            step, rest = column
+            for x, q in zip(steps, basis, strict=True):
                 share = q @ rest
-                rest, image = rest - share * q, image - share * w
+                step, rest = step - share * x, rest - share * q
             left = math.sqrt(rest @ rest)
             if left > INDEPENDENT:
                 kept.append(column)
+                steps.append(step / left)
                 basis.append(rest / left)
-                images.append(image / left)
             if len(kept) == self.size:
                 break
-        self.columns = kept
-        self.inverse = np.eye(self.size) - np.array(images).T @ np.array(basis)
+        self.columns, self.basis, self.steps = kept, np.array(basis), np.array(steps)
+
+    def split(self, r: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The secant step (n,) for a residual, and the part (n,) of the residual on which no column bears."""
+        shares = self.basis @ r
+        return -(shares @ self.steps), r - shares @ self.basis
 
     def error(self, r: np.ndarray) -> np.ndarray:
         """Estimate (n,) of x* - x for the residual r of x."""
-        return self.inverse @ r
+        secant, rest = self.split(r)
+        return secant + rest
+
+    @property
+    def inverse(self) -> np.ndarray | None:
+        """Estimate (n, n) of (I - S)^-1, S = dG/dx; None without a column."""
+        return np.eye(self.size) - (self.steps + self.basis).T @ self.basis if self.columns else None
 
     @property
     def gain(self) -> float:
         """Estimated spectral radius of S; nan without a column."""
-        return float(spectral_radius(self.inverse)) if self.columns else np.nan
+        return float(spectral_radius(self.inverse)) if self.columns else math.nan
 
 
 def spectral_radius(inverse: np.ndarray) -> np.ndarray:
