@@ -31,9 +31,9 @@ def written(folder: Path, text: str) -> Path:
 def test_shipped_scenes_are_read() -> None:
     for name in tca.titles():
         scene = tca.read(name)
-        assert scene.stop_time == 30.0
+        assert scene.title
         assert scene.member("rod").value("closure") == 2
-        assert len(scene.connections) == 6
+        assert len(scene.connections) == (9 if name == "feedback" else 6)
 
 
 def test_the_switch_is_an_event() -> None:
@@ -201,5 +201,5 @@ def test_an_input_is_fed_once(tmp_path: Path) -> None:
 
 
 def test_shipped_folder_holds_scenes_and_sets() -> None:
-    assert set(tca.titles()) == {"step", "switch", "sine", "plain"}
+    assert set(tca.titles()) == {"step", "switch", "sine", "plain", "explicit", "stiff", "long", "jump", "feedback"}
     assert scenes.Coupling().macro_step == 0.1
