@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "halving.hpp"
+
 namespace rod {
 
 using pade::PerTcaVector;
@@ -20,7 +22,6 @@ constexpr double longest_correction = 1.0;  // about a radian, or a stretch of 1
 constexpr double safe_correction = 1e-6;    // taken whole: rounding may hide that the residual falls
 constexpr double shortest_damping = 1.0 / 64.0;
 constexpr double smallest_share = 1e-3;  // of a jump in load
-constexpr int most_halvings = 12;
 
 Three three(const Vec3& a) { return {a.x, a.y, a.z}; }
 
@@ -365,19 +366,8 @@ void GridRod::accept(const System& s, const Loads& loads, double h, GridState& s
 }
 
 Advance GridRod::step(const Inputs& u, double h, GridState& state, GridScratch& scratch) const {
-  double done = 0.0, length = h;
-  while (done < h) {
-    length = std::min(length, h - done);
-    const double end = length == h - done ? h : done + length;
-    if (one_step(loads_at(u, end), length, state, scratch)) {
-      done = end;
-      length *= 2.0;
-    } else {
-      length *= 0.5;
-      if (length < std::ldexp(h, -most_halvings)) return {done, "Newton's method failed for every step length tried"};
-    }
-  }
-  return {h, ""};
+  return advance_halving(
+      h, [&](double from, double length) { return one_step(loads_at(u, from + length), length, state, scratch); });
 }
 
 bool GridRod::settle(const Loads& loads, GridState& state, GridScratch& scratch) const {
