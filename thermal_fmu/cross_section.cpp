@@ -16,7 +16,8 @@ constexpr double kTurn = 2.0 * std::numbers::pi;
 // the rim (measured: these reach a given error with the fewest unknowns).
 constexpr double kWidestBisectorView = 64.0 / 360.0 * kTurn;
 constexpr double kWidestRimView = 100.0 / 360.0 * kTurn;
-constexpr double kLeastGap = 1e-3;  // between circles, in TCA radii: thinner ligaments mesh badly
+constexpr double kWidestRatio = 5.0;  // of the radii of one ring of an annulus
+constexpr double kLeastGap = 1e-3;    // between circles, in TCA radii: thinner ligaments mesh badly
 
 Vector2d on_circle(double radius, double angle) { return radius * Vector2d(std::cos(angle), std::sin(angle)); }
 double angle_of(const Vector2d& v) { return std::atan2(v.y(), v.x()); }
@@ -93,21 +94,32 @@ std::vector<Curve> rim_arcs(const Body& body, const Vector2d& axis, double from,
   return arcs;
 }
 
+/// Ends of the ruled rings, as fractions of the way from the TCA's circle to the sector's boundary: two, and finer ones
+/// at the circle where the body around a TCA of little heat capacity matters from a thin layer on.
+std::vector<double> ruled_rings(const Body& body, const Tca& tca) {
+  constexpr double kFirst = 0.33, kFiner = 5.0, kThinnest = 1e-4;
+  const double b = tca.outer_radius, a = tca.inner_radius;
+  const double layer = tca.rho_c * (b * b - a * a) / (2.0 * b * body.rho_c);  // of body with a TCA's heat capacity [m]
+  std::vector<double> ends{1.0, kFirst};
+  while (ends.back() * b > 3.0 * layer && ends.back() > kThinnest) ends.push_back(ends.back() / kFiner);
+  ends.push_back(0.0);
+  return {ends.rbegin(), ends.rend()};
+}
+
 /// One piece of a sector: annulus and ruled rings between the TCA's axis and a stretch of the sector's boundary.
-void add_piece(const Tca& tca, int index, const Vector2d& axis, const Curve& boundary, bool is_at_surface,
-               std::vector<Patch>& patches) {
+void add_piece(const Body& body, const Tca& tca, int index, const Vector2d& axis, const Curve& boundary,
+               bool is_at_surface, std::vector<Patch>& patches) {
   const double from = angle_of(boundary.at(-1.0) - axis);
   const double to = from + turn(from, angle_of(boundary.at(1.0) - axis));
   const Curve bore = Curve::arc(axis, tca.inner_radius, from, to);
   const Curve circle = Curve::arc(axis, tca.outer_radius, from, to);
-  const std::vector<double> annulus = graded(tca.outer_radius / tca.inner_radius, 5.0);
+  const std::vector<double> annulus = graded(tca.outer_radius / tca.inner_radius, kWidestRatio);
   for (std::size_t i = 0; i + 1 < annulus.size(); ++i) {
     patches.push_back({bore, circle, annulus[i], annulus[i + 1], index, false});
   }
-  static constexpr std::array<double, 3> kRuled{0.0, 0.33, 1.0};
-  for (std::size_t i = 0; i + 1 < kRuled.size(); ++i) {
-    const bool is_last = i + 2 == kRuled.size();
-    patches.push_back({circle, boundary, kRuled[i], kRuled[i + 1], -1, is_last && is_at_surface});
+  const std::vector<double> ruled = ruled_rings(body, tca);
+  for (std::size_t i = 0; i + 1 < ruled.size(); ++i) {
+    patches.push_back({circle, boundary, ruled[i], ruled[i + 1], -1, i + 2 == ruled.size() && is_at_surface});
   }
 }
 
@@ -176,7 +188,8 @@ std::vector<Patch> cross_section(const Body& body, const Tca& tca) {
   if (kTcas == 1) {
     const double azimuth = tca.azimuth[0];
     const Vector2d axis = on_circle(tca.offset, azimuth);
-    for (const Curve& arc : rim_arcs(body, axis, azimuth, azimuth + kTurn)) add_piece(tca, 0, axis, arc, true, patches);
+    for (const Curve& arc : rim_arcs(body, axis, azimuth, azimuth + kTurn))
+      add_piece(body, tca, 0, axis, arc, true, patches);
     return patches;
   }
   const std::vector<std::size_t> order = sorted(tca.azimuth);
@@ -195,14 +208,14 @@ std::vector<Patch> cross_section(const Body& body, const Tca& tca) {
     // Counter-clockwise: out along one bisector, round the rim, back along the other.
     const std::vector<Vector2d>& out = bisectors[before];
     for (std::size_t i = 0; i + 1 < out.size(); ++i) {
-      add_piece(tca, index, axis, Curve::segment(out[i], out[i + 1]), false, patches);
+      add_piece(body, tca, index, axis, Curve::segment(out[i], out[i + 1]), false, patches);
     }
     for (const Curve& arc : rim_arcs(body, axis, azimuth - 0.5 * gap[before], azimuth + 0.5 * gap[k])) {
-      add_piece(tca, index, axis, arc, true, patches);
+      add_piece(body, tca, index, axis, arc, true, patches);
     }
     const std::vector<Vector2d>& back = bisectors[k];
     for (std::size_t i = back.size() - 1; i > 0; --i) {
-      add_piece(tca, index, axis, Curve::segment(back[i], back[i - 1]), false, patches);
+      add_piece(body, tca, index, axis, Curve::segment(back[i], back[i - 1]), false, patches);
     }
   }
   return patches;

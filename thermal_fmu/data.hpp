@@ -6,6 +6,8 @@
 
 namespace thermal {
 
+inline constexpr std::size_t kMostAmplitudes = 16 * (kTcas + 1);  // that model exchange shows
+
 struct Data {
   Parameters parameters;
 

@@ -22,8 +22,8 @@ using Eigen::VectorXd;
 using SparseMatrix = Eigen::SparseMatrix<double>;
 
 constexpr Index kN = static_cast<Index>(kTcas);
-constexpr double kLocalShare = 0.05;  // of the tolerance, for the error of one internal step
-constexpr double kUnitRise = 1.0;     // rises below this are held to absolute accuracy [K]
+constexpr double kLocalShare = 0.2;  // of the tolerance, for the error of one internal step
+constexpr double kUnitRise = 1.0;    // rises below this are held to absolute accuracy [K]
 
 Eigen::Map<VectorXd> view(N_Vector v) { return {N_VGetArrayPointer(v), static_cast<Index>(N_VGetLength(v))}; }
 
@@ -85,6 +85,7 @@ struct FullLevel::Integrator {
     ARKStepSetLinearSolver(arkode, solver, nullptr);
     ARKStepSetTableName(arkode, "ARKODE_ESDIRK436L2SA_6_3_4", "ARKODE_ERK_NONE");
     ARKStepSetMaxNumSteps(arkode, -1);
+    ARKStepSetDeduceImplicitRhs(arkode, 1);
     if (!circuit.has_feedback()) ARKStepSetLinear(arkode, 0);
   }
   ~Integrator() {
@@ -152,9 +153,10 @@ struct FullLevel::Integrator {
       ARKStepGetLastStep(arkode, &taken);
       longest = std::max(longest, taken);
     }
-    sunrealtype next = 0.0;
-    ARKStepGetCurrentStep(arkode, &next);
-    hint = std::max(next, longest);
+    // The end of the interval cuts steps short: unless one had to be repeated, longer ones are worth a try.
+    long int repeated = 0;
+    ARKStepGetNumErrTestFails(arkode, &repeated);
+    hint = repeated == 0 ? 2.0 * longest : longest;
   }
 
   [[noreturn]] void fail(int flag, double reached) {

@@ -46,6 +46,18 @@ class HeatLevel {
   virtual void advance(std::span<double> state, const Drive& drive, double h, double tolerance) = 0;
   /// What is seen at the start of the drive.
   virtual Observation observe(std::span<const double> state, const Drive& drive) = 0;
+
+  // The same level as differential equations, where it is small enough to be shown: amplitudes of its modes, as rises
+  // in kelvin that a uniform one is spread over.
+
+  /// How many; 0: not shown.
+  virtual std::size_t amplitudes() const { return 0; }
+  virtual void get_amplitudes(std::span<const double> /*state*/, std::span<double> /*x*/) const {}
+  virtual void set_amplitudes(std::span<double> /*state*/, std::span<const double> /*x*/) const {}
+  /// Their rates at the start of the drive [K/s]. Throws std::domain_error as advance.
+  virtual void rates(std::span<const double> /*state*/, const Drive&, std::span<double> /*dx*/) {}
+  /// Counts the way of the powers since they were last looked at towards Observation::bound.
+  virtual void note_powers(std::span<double> /*state*/, const Drive&) {}
 };
 
 }  // namespace thermal

@@ -94,11 +94,6 @@ std::vector<int> merged(const std::vector<Vector2d>& points, double closeness, i
 
 }  // namespace
 
-int element_order(double tolerance) {
-  // Measured on scene `step`: relative error 1e-5 at order 4 and a tenth of it with every further order.
-  return std::clamp(static_cast<int>(std::ceil(-std::log10(tolerance) - 1e-9)) - 1, 3, 8);
-}
-
 HeatMatrices heat_matrices(const Parameters& parameters, int order) {
   const Body& body = parameters.body;
   const Tca& tca = parameters.tca;

@@ -23,9 +23,6 @@ struct HeatMatrices {
   Eigen::Index size() const { return mass.size(); }
 };
 
-/// Order of the elements that keeps the error of T_i below tolerance times the steady rise.
-int element_order(double tolerance);
-
 /// Throws std::invalid_argument where cross_section would, or when a patch is folded.
 HeatMatrices heat_matrices(const Parameters& parameters, int order);
 

@@ -55,6 +55,7 @@ Cubic shifted(const Cubic& c, double s) {
 ModalLevel::ModalLevel(ModalModel model, const Parameters& parameters)
     : model_(std::move(model)),
       load_(model_.load),
+      unit_(model_.capacity.norm()),
       circuit_(parameters),
       z_(model_.size()),
       probes_(model_.probe.rows()) {
@@ -211,18 +212,45 @@ void ModalLevel::advance_with_feedback(State& state, const Drive& drive, double 
   advance_with_feedback(state, drive, from + 0.5 * h, 0.5 * h, tolerance, depth + 1);
 }
 
+ModalLevel::Channels ModalLevel::channels(const Eigen::Ref<const VectorXd>& z, const Drive& drive) const {
+  Channels input;
+  for (Index i = 0; i < kN; ++i) input[i] = circuit_.power(i, drive.V[i][0], load_.col(i).dot(z), drive.delta[i][0]);
+  input[kN] = drive.ambient_rise[0];
+  return input;
+}
+
+void ModalLevel::get_amplitudes(std::span<const double> memory, std::span<double> x) const {
+  for (Index k = 0; k < model_.size(); ++k) x[k] = memory[k] / unit_;
+}
+
+void ModalLevel::set_amplitudes(std::span<double> memory, std::span<const double> x) const {
+  for (Index k = 0; k < model_.size(); ++k) memory[k] = x[k] * unit_;
+}
+
+void ModalLevel::rates(std::span<const double> memory, const Drive& drive, std::span<double> dx) {
+  const Index n = model_.size();
+  const Eigen::Map<const VectorXd> z(memory.data(), n);
+  Eigen::Map<VectorXd>(dx.data(), n) = (load_ * channels(z, drive) - model_.rate.cwiseProduct(z)) / unit_;
+}
+
+void ModalLevel::note_powers(std::span<double> memory, const Drive& drive) {
+  const Index n = model_.size();
+  const Channels now = channels(Eigen::Map<const VectorXd>(memory.data(), n), drive);
+  Eigen::Map<Channels> last(memory.data() + n), travel(memory.data() + n + kChannels);
+  travel += (now - last).cwiseAbs();
+  last = now;
+}
+
 Observation ModalLevel::observe(std::span<const double> memory, const Drive& drive) {
   const Index n = model_.size();
   const Eigen::Map<const VectorXd> z(memory.data(), n);
   const Eigen::Map<const Channels> travel(memory.data() + n + kChannels);
   Observation seen;
-  Channels input;
+  const Channels input = channels(z, drive);
   for (Index i = 0; i < kN; ++i) {
     seen.rise[i] = load_.col(i).dot(z);
-    seen.power[i] = circuit_.power(i, drive.V[i][0], seen.rise[i], drive.delta[i][0]);
-    input[i] = seen.power[i];
+    seen.power[i] = input[i];
   }
-  input[kN] = drive.ambient_rise[0];
   z_ = load_ * input - model_.rate.cwiseProduct(z);
   for (Index i = 0; i < kN; ++i) seen.rate[i] = load_.col(i).dot(z_);
   const double surface = load_.col(kN).dot(z);

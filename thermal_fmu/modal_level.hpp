@@ -26,6 +26,11 @@ class ModalLevel final : public HeatLevel {
   int unknowns() const override { return static_cast<int>(model_.size()); }
   void advance(std::span<double> state, const Drive& drive, double h, double tolerance) override;
   Observation observe(std::span<const double> state, const Drive& drive) override;
+  std::size_t amplitudes() const override { return static_cast<std::size_t>(model_.size()); }
+  void get_amplitudes(std::span<const double> state, std::span<double> x) const override;
+  void set_amplitudes(std::span<double> state, std::span<const double> x) const override;
+  void rates(std::span<const double> state, const Drive& drive, std::span<double> dx) override;
+  void note_powers(std::span<double> state, const Drive& drive) override;
 
  private:
   static constexpr int kPoints = kPowerTerms;
@@ -63,9 +68,12 @@ class ModalLevel final : public HeatLevel {
   bool solve_powers(const State& state, const Drive& drive, double from, const Forcing& ambient,
                     const Collocation& collocation, double tolerance);
   Collocation& collocation(double h, int depth);
+  /// Powers and ambient rise at the start of the drive.
+  Channels channels(const Eigen::Ref<const Eigen::VectorXd>& z, const Drive& drive) const;
 
   ModalModel model_;
   Loads load_;
+  double unit_;  // amplitudes of a uniform rise of 1 K, together [sqrt(J/K)]
   Circuit circuit_;
 
   // Scratch: follows from the arguments of advance and observe alone.

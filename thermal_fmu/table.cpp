@@ -79,19 +79,35 @@ void inputs(Table<Data>& table, const Data& data) {
 
 void outputs(Table<Data>& table, const Data& data) {
   for (std::size_t i = 0; i < thermal::kTcas; ++i) {
-    table.output(indexed("T", i), data.T[i], data.T_rate[i], "K", "Mean temperature of the TCA").nominal(300.0);
+    table.output(indexed("T", i), data.T[i], data.T_rate[i], "K", "Mean temperature of the TCA")
+        .nominal(300.0)
+        .depends({"mode"});
   }
   for (std::size_t i = 0; i < thermal::kTcas; ++i) {
     table.output(indexed("P", i), data.P[i], "W", "Electrical power into the TCA")
-        .depends({indexed("V", i), indexed("delta", i)});
+        .depends({indexed("V", i), indexed("delta", i), "mode"});
   }
-  table.output("Q_loss", data.Q_loss, "W", "Heat flow from the surface to the surroundings").depends({"T_ambient"});
-  table.output("E_stored", data.E_stored, "J", "Heat stored since the uniform temperature T_0");
-  table.output("T_max", data.T_max, "K", "Highest temperature in the TCAs and on the surface").nominal(300.0);
-  table.output("T_surface", data.T_surface, "K", "Mean temperature of the surface").nominal(300.0);
+  table.output("Q_loss", data.Q_loss, "W", "Heat flow from the surface to the surroundings").depends({"T_ambient", "mode"});
+  table.output("E_stored", data.E_stored, "J", "Heat stored since the uniform temperature T_0").depends({"mode"});
+  table.output("T_max", data.T_max, "K", "Highest temperature in the TCAs and on the surface")
+      .nominal(300.0)
+      .depends({"mode"});
+  table.output("T_surface", data.T_surface, "K", "Mean temperature of the surface")
+      .nominal(300.0)
+      .depends({"mode"});
   table.output("reduction.bound", data.reduction_bound, "K",
                "No T[i] has been further than this from the same mesh unreduced (given the powers P so far)");
   table.output("reduction.states", data.reduction_states, "", "Number of states of the chosen level").nominal(10.0);
+}
+
+void states(Table<Data>& table) {
+  for (std::size_t k = 0; k < thermal::kMostAmplitudes; ++k) {
+    table
+        .state(indexed("mode", k), "K", "K/s",
+               "Amplitude of a mode of the levels reduced and lumped; a uniform rise of 1 K has amplitudes whose "
+               "squares sum to 1")
+        .depends({"mode", "V", "delta", "T_ambient"});
+  }
 }
 
 }  // namespace
@@ -110,6 +126,7 @@ std::vector<Variable> variables() {
   circuit_and_surroundings(table, defaults.parameters);
   inputs(table, defaults);
   outputs(table, defaults);
+  states(table);
   return std::move(table).rows();
 }
 

@@ -8,6 +8,7 @@
 #include "heat_matrices.hpp"
 #include "modal_level.hpp"
 #include "modal_model.hpp"
+#include "resolution.hpp"
 
 namespace thermal {
 namespace {
@@ -16,7 +17,7 @@ constexpr double kHottest = 373.15;           // where the paper's assumptions e
 constexpr double kReferenceTolerance = 1e-4;  // of the model that `lumped` is compared with
 
 std::unique_ptr<HeatLevel> make_level(const Parameters& p) {
-  const HeatMatrices matrices = heat_matrices(p, element_order(p.tolerance));
+  const HeatMatrices matrices = resolved_matrices(p);
   switch (p.level) {
     case Level::full:
       return std::make_unique<FullLevel>(matrices, p);
@@ -64,6 +65,30 @@ fmu::StepResult ThermalModel::step(double t, double h) {
                      " s; reduce the voltages or their derivatives");
   }
   return {t + h, {}};
+}
+
+std::string ThermalModel::without_states() const {
+  if (data_.parameters.level == Level::full)
+    return "level = full has as many states as its mesh has nodes; choose reduced or lumped";
+  if (level_->amplitudes() > kMostAmplitudes)
+    return "level = reduced has " + std::to_string(level_->amplitudes()) + " states, allowed: up to " +
+           std::to_string(kMostAmplitudes) + "; choose a larger tolerance";
+  return "";
+}
+
+void ThermalModel::get_states(std::span<double> x) {
+  if (without_states().empty()) level_->get_amplitudes(memory_, x);
+}
+
+void ThermalModel::set_states(std::span<const double> x) { level_->set_amplitudes(memory_, x); }
+
+std::string ThermalModel::rates(double, std::span<double> dx) {
+  try {
+    level_->rates(memory_, drive(), dx);
+  } catch (const std::domain_error& problem) {
+    return problem.what();
+  }
+  return "";
 }
 
 void ThermalModel::evaluate(double t) {

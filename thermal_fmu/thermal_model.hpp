@@ -19,6 +19,11 @@ class ThermalModel final : public fmu::Model {
   void initialise(double t) override;
   fmu::StepResult step(double t, double h) override;
   void evaluate(double t) override;
+  std::string without_states() const override;
+  void get_states(std::span<double> x) override;
+  void set_states(std::span<const double> x) override;
+  std::string rates(double t, std::span<double> dx) override;
+  void complete_step() override { level_->note_powers(memory_, drive()); }
 
  private:
   Drive drive() const;

@@ -1,4 +1,4 @@
-// Studies of the heat model, as CSV on standard output: bench_thermal [mesh | reduction | feedback | cost], all by default.
+// Studies of the heat model, as CSV on standard output: bench_thermal [mesh | reduction | cost], all by default.
 #include <chrono>
 #include <cstdio>
 #include <cstring>
@@ -11,7 +11,7 @@ namespace {
 constexpr double kFine = 1e-7;  // tolerance of reductions whose error must not show
 
 /// Largest error of T over the rows of the reference.
-double against_reference(Run run) {
+double against_reference(Trajectory run) {
   const Drive drive = step_scene();
   double t = 0.0, worst = 0.0;
   for (const ReferenceRow& row : step_reference()) {
@@ -23,10 +23,10 @@ double against_reference(Run run) {
   return worst;
 }
 
-Run fine_run(int order) {
+Trajectory fine_run(int order) {
   Parameters p;
   p.tolerance = kFine;
-  return {level_of(p, order)};
+  return run_of(p, order);
 }
 
 void mesh() {
@@ -40,15 +40,17 @@ void mesh() {
 }
 
 void reduction() {
-  std::puts("# reduction: scene step to 300 s on one mesh, error against that mesh unreduced, the bound published at the end");
+  std::puts(
+      "# reduction: scene step to 300 s on one mesh, error against that mesh unreduced, the bound published at the "
+      "end");
   std::puts("tolerance,states,error_K,bound_K,bound_over_error");
   const Drive drive = step_scene();
   for (double tolerance : {1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6}) {
     Parameters p, fine;
     p.tolerance = tolerance;
     fine.tolerance = 1e-8;
-    Run run(level_of(p, 5));
-    const double error = largest_gap(run_of(p).unknowns() ? Run(level_of(p, 5)) : run_of(p), Run(level_of(fine, 5)), drive, 300.0);
+    Trajectory run = run_of(p, 5);
+    const double error = largest_gap(run_of(p, 5), run_of(fine, 5), drive, 300.0);
     run.advance(drive, 300.0);
     const double bound = run.observe(drive).bound;
     std::printf("%g,%d,%.3e,%.3e,%.1f\n", tolerance, run.unknowns(), error, bound, bound / error);
@@ -83,7 +85,7 @@ void cost() {
     p.level = level;
     if (feedback) p.tca.alpha_T = 0.004, p.tca.beta = 0.1;
     const double build = microseconds(1, [&](int) { run_of(p); });
-    Run run = run_of(p);
+    Trajectory run = run_of(p);
     const int repeats = level == Level::full ? 20 : 2000;
     const double step = microseconds(repeats, [&](int i) { run.advance(i % 2 ? cubic : drive, 0.1); });
     double sink = 0.0;

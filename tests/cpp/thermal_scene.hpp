@@ -1,4 +1,5 @@
-// What the thermal tests and benchmarks share: scenes driven through the core, the independent reference, a truth for space.
+// What the thermal tests and benchmarks share: scenes driven through the core, the independent reference, a truth for
+// space.
 #pragma once
 
 #include <array>
@@ -14,6 +15,7 @@
 #include "heat_matrices.hpp"
 #include "modal_level.hpp"
 #include "modal_model.hpp"
+#include "resolution.hpp"
 
 namespace thermal {
 
@@ -25,9 +27,9 @@ inline Drive step_scene() {
 }
 
 /// A level with its state.
-class Run {
+class Trajectory {
  public:
-  Run(std::unique_ptr<HeatLevel> level, double tolerance = 1e-5)
+  Trajectory(std::unique_ptr<HeatLevel> level, double tolerance = 1e-5)
       : level_(std::move(level)), tolerance_(tolerance), state(level_->state_size(), 0.0) {}
 
   void advance(const Drive& drive, double h) { level_->advance(state, drive, h, tolerance_); }
@@ -42,8 +44,7 @@ class Run {
   std::vector<double> state;
 };
 
-inline std::unique_ptr<HeatLevel> level_of(const Parameters& p, int order) {
-  const HeatMatrices matrices = heat_matrices(p, order);
+inline std::unique_ptr<HeatLevel> level_of(const Parameters& p, const HeatMatrices& matrices) {
   switch (p.level) {
     case Level::full:
       return std::make_unique<FullLevel>(matrices, p);
@@ -54,7 +55,8 @@ inline std::unique_ptr<HeatLevel> level_of(const Parameters& p, int order) {
   }
 }
 
-inline Run run_of(const Parameters& p) { return {level_of(p, element_order(p.tolerance)), p.tolerance}; }
+inline Trajectory run_of(const Parameters& p) { return {level_of(p, resolved_matrices(p)), p.tolerance}; }
+inline Trajectory run_of(const Parameters& p, int order) { return {level_of(p, heat_matrices(p, order)), p.tolerance}; }
 
 struct ReferenceRow {
   double t;                     // [s]
@@ -78,7 +80,7 @@ inline std::vector<ReferenceRow> step_reference() {
 }
 
 /// Largest difference of T_i between two runs under one drive, at times 2^k up to `last` and in steps of its 100th.
-inline double largest_gap(Run a, Run b, const Drive& drive, double last) {
+inline double largest_gap(Trajectory a, Trajectory b, const Drive& drive, double last) {
   double gap = 0.0, t = 0.0;
   for (int k = -30; k <= 60; ++k) {
     const double until = k < 0 ? 0.02 * last * std::pow(2.0, k / 2.0) : last * (k + 1) / 61.0;

@@ -1,0 +1,15 @@
+// Chooses the order of the elements by what it does to the answer: response of every T_i to every channel, steady and
+// at real frequencies up to 1e5 times the slowest rate, compared between one order and the next.
+#pragma once
+
+#include "heat_matrices.hpp"
+
+namespace thermal {
+
+inline constexpr int kLeastOrder = 3, kHighestOrder = 10;
+
+/// Matrices of the lowest order after which further orders are expected to change responses by at most twice
+/// `tolerance` of the steady rise, or of kHighestOrder. Throws std::invalid_argument as heat_matrices does.
+HeatMatrices resolved_matrices(const Parameters& parameters);
+
+}  // namespace thermal
