@@ -1,10 +1,11 @@
-"""The command line: tca-cosim run | reference | paper | export | list | peers. An error a user can mend is one
+"""The command line: tca-cosim run | timing | reference | paper | export | list | peers. An error a user can mend is one
 message and exit code 2."""
 
 from __future__ import annotations
 
 import contextlib
 import shutil
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated
@@ -15,7 +16,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
-from . import paper, peers, results
+from . import paper, peers, results, timing
 from .archive import find_fmu
 from .errors import CosimError
 from .paper import figure
@@ -99,6 +100,26 @@ def paper_command(folder: Folder = Path("results")) -> None:
         out.print(table)
         paths = figure.save(figure.draw(scenes, computed), folder)
         out.print("written: " + ", ".join(map(str, paths)), highlight=False)
+
+
+@app.command("timing")
+def timing_command(
+    scene: Annotated[str, typer.Argument(help="Name of a scene or a .toml file")],
+    override: Overrides = [],  # noqa: B006 (typer copies it)
+    repeats: Annotated[int, typer.Option(min=1, help="Runs, of which the fastest counts")] = 5,
+) -> None:
+    """Where the time of a run goes: loading, the FMUs, the master."""
+    with _reported():
+        begin = time.thread_time()
+        described = read(scene, override)
+        table = Table("what", "time")
+        table.add_row("reading the scene and the FMUs' XML", f"{1e3 * (time.thread_time() - begin):.1f} ms")
+        found = timing.measure(described, repeats)
+        table.add_row("loading the FMUs, to the first step", f"{1e3 * found.load:.1f} ms")
+        table.add_row(f"run, {found.steps} macro steps of {found.sweeps:.2f} sweeps", f"{1e3 * found.run:.1f} ms")
+        table.add_row("of that inside the FMUs", f"{1e3 * found.fmus:.1f} ms")
+        table.add_row("master, per macro step", f"{1e6 * found.overhead:.0f} us")
+        out.print(table)
 
 
 @app.command()

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable
-from dataclasses import fields
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, fields
 
 import xarray as xr
 
@@ -12,33 +12,53 @@ from . import exchange, iteration, results
 from .archive import Variable
 from .drive import drive
 from .errors import CosimError
-from .master import Master, Settings
+from .master import Master, Settings, StepLog
 from .network import assemble
 from .scene import Coupling, Member, Scene
 from .slave import Slave
 from .stepping import Control, Doubling, Fixed
 
-__all__ = ["run"]
+__all__ = ["Prepared", "prepared", "run"]
 
 
-def run(scene: Scene, progress: Callable[[float], None] = lambda time: None) -> xr.Dataset:
-    """The result (results.collect). Raises SubsystemError and CouplingError; what had been computed by then is the
-    error's `partial`, whose status says why it ended."""
+@dataclass(frozen=True)
+class Prepared:
+    """A scene's FMUs, loaded, wired and initialised."""
+
+    scene: Scene
+    slaves: tuple[Slave, ...]
+    master: Master
+
+    def steps(self, progress: Callable[[float], None] = lambda time: None) -> Iterator[StepLog]:
+        """Runs to the stop time; yields the log of every macro step."""
+        breaks = [t for m in self.scene.members for signal in m.signals.values() for t in signal.breaks]
+        return drive(self.master, _control(self.scene.coupling), 0.0, self.scene.stop_time, breaks, progress)
+
+
+@contextlib.contextmanager
+def prepared(scene: Scene) -> Iterator[Prepared]:
+    """Everything that was loaded is freed at the end. Raises SubsystemError, CouplingError."""
     with contextlib.ExitStack() as stack:
         for member in scene.members:
             stack.callback(member.archive.close)  # the extracted files; a later run extracts them again
-        slaves = [stack.enter_context(contextlib.closing(_slave(scene, member))) for member in scene.members]
-        recorded = {m.name: _recorded(m) for m in scene.members}
+        slaves = tuple(stack.enter_context(contextlib.closing(_slave(scene, member))) for member in scene.members)
         signals = {m.name: m.signals for m in scene.members}
         settings = _settings(scene.coupling)
         jacobi = scene.coupling.schedule == "jacobi"
         circuits = assemble(slaves, scene.connections, signals, settings.exchange, settings.waveform, jacobi)
         master = Master(circuits, settings, lambda: {slave.name: slave.record() for slave in slaves})
         master.initialise(0.0)
-        first, logs = master.observe(), []
-        breaks = [t for m in scene.members for signal in m.signals.values() for t in signal.breaks]
+        yield Prepared(scene, slaves, master)
+
+
+def run(scene: Scene, progress: Callable[[float], None] = lambda time: None) -> xr.Dataset:
+    """The result (results.collect). Raises SubsystemError and CouplingError; what had been computed by then is the
+    error's `partial`, whose status says why it ended."""
+    with prepared(scene) as ready:
+        recorded = {m.name: _recorded(m) for m in scene.members}
+        first, logs = ready.master.observe(), []
         try:
-            for log in drive(master, _control(scene.coupling), 0.0, scene.stop_time, breaks, progress):
+            for log in ready.steps(progress):
                 logs.append(log)
         except CosimError as error:
             error.partial = results.collect(scene, recorded, first, logs, f"partial: {error}")

@@ -111,7 +111,7 @@ class Slave:
             modelIdentifier=about.modelIdentifier,
             instanceName=name,
         )
-        self._dll = self._fmu.dll
+        self.library = self._fmu.dll  # the C functions; a proxy in its place may watch the calls
         try:
             self._instantiate()
             self._set_parameters(variables, parameters)
@@ -139,7 +139,7 @@ class Slave:
         if self.takes_polynomials:
             self._derivatives[:] = polynomials[1:].ravel()
             self._check(
-                self._dll.fmi2SetRealInputDerivatives(
+                self.library.fmi2SetRealInputDerivatives(
                     self._component,
                     self._derivative_references,
                     self._derivatives.size,
@@ -150,7 +150,7 @@ class Slave:
             )
 
     def step(self, time: float, length: float) -> None:
-        status = self._dll.fmi2DoStep(self._component, time, length, self._final)
+        status = self.library.fmi2DoStep(self._component, time, length, self._final)
         if status <= fmi2.fmi2Warning:
             return
         reached = None
@@ -170,7 +170,7 @@ class Slave:
     def rates(self) -> np.ndarray:
         group = self._wired
         if group.size:
-            status = self._dll.fmi2GetRealOutputDerivatives(
+            status = self.library.fmi2GetRealOutputDerivatives(
                 self._component, group.references, group.size, group.first_order, group.buffer
             )
             self._check(
@@ -180,17 +180,17 @@ class Slave:
 
     def save(self, into: ctypes.c_void_p | None = None) -> ctypes.c_void_p:
         state = ctypes.c_void_p() if into is None else into
-        self._check(self._dll.fmi2GetFMUstate(self._component, ctypes.byref(state)), "fmi2GetFMUstate")
+        self._check(self.library.fmi2GetFMUstate(self._component, ctypes.byref(state)), "fmi2GetFMUstate")
         self._states.add(state.value)
         return state
 
     def restore(self, state: ctypes.c_void_p) -> None:
-        self._check(self._dll.fmi2SetFMUstate(self._component, state), "fmi2SetFMUstate")
+        self._check(self.library.fmi2SetFMUstate(self._component, state), "fmi2SetFMUstate")
 
     def free(self, state: ctypes.c_void_p) -> None:
         if self._fmu is not None and state.value in self._states:
             self._states.discard(state.value)
-            self._dll.fmi2FreeFMUstate(self._component, ctypes.byref(state))
+            self.library.fmi2FreeFMUstate(self._component, ctypes.byref(state))
 
     def close(self) -> None:
         if self._fmu is None:
@@ -234,18 +234,18 @@ class Slave:
     def _set_values(self) -> None:
         group = self._driven
         if group.size:
-            status = self._dll.fmi2SetReal(self._component, group.references, group.size, group.buffer)
+            status = self.library.fmi2SetReal(self._component, group.references, group.size, group.buffer)
             self._check(status, "setting inputs")
 
     def _read(self, group: _Group) -> np.ndarray:
         if group.size:
             self._check(
-                self._dll.fmi2GetReal(self._component, group.references, group.size, group.buffer), "reading outputs"
+                self.library.fmi2GetReal(self._component, group.references, group.size, group.buffer), "reading outputs"
             )
         return group.values.copy()
 
     def _call(self, function: str, *arguments: object) -> None:
-        self._check(getattr(self._dll, function)(self._component, *arguments), function)
+        self._check(getattr(self.library, function)(self._component, *arguments), function)
 
     def _check(self, status: int, what: str) -> None:
         if status > fmi2.fmi2Warning:

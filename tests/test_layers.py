@@ -22,6 +22,8 @@ ORDER = (
     ("scene",),
     ("results",),
     ("simulate",),
+    ("timing",),
+    ("reference",),
     ("reference", "paper"),
     ("peers",),
     ("cli",),
