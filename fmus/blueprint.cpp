@@ -1,5 +1,6 @@
 #include "blueprint.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cinttypes>
 #include <cstdio>
@@ -20,17 +21,31 @@ std::string guid_of(const std::string& text) {
   return guid.data();
 }
 
+Variable derivative_of(Variable& state) {
+  Variable row = state;
+  row.name = "der(" + state.name + ")";
+  row.unit = state.rate_unit;
+  row.description = "Time derivative of " + state.name;
+  row.causality = Causality::derivative;
+  row.rate_unit.clear();
+  row.typical = 1.0;
+  state.depends_on.clear();  // they were its derivative's
+  return row;
+}
+
 Blueprint make() {
-  Blueprint blueprint{identity(), variables(), {}, {}, {}};
+  Blueprint blueprint{identity(), variables(), {}, {}, {}, {}};
   for (Variable& row : blueprint.rows) {
     if (row.type == Type::boolean) row.range(0.0, 1.0);
     if (row.type == Type::enumeration) row.range(1.0, static_cast<double>(row.items.size()));
   }
   check_table(blueprint.rows);  // at build time already: describe_<name> comes by here too
   for (std::size_t i = 0; i < blueprint.rows.size(); ++i) {
+    if (blueprint.rows[i].causality == Causality::state) blueprint.states.push_back(i);
     if (blueprint.rows[i].causality == Causality::parameter) blueprint.parameters.push_back(i);
     if (blueprint.rows[i].causality == Causality::input) blueprint.inputs.push_back(i);
   }
+  for (const std::size_t state : blueprint.states) blueprint.rows.push_back(derivative_of(blueprint.rows[state]));
   blueprint.guid = guid_of(model_description(blueprint));
   return blueprint;
 }
@@ -39,11 +54,9 @@ Blueprint make() {
 
 void check_table(const std::vector<Variable>& rows) {
   std::set<std::string> names;
-  std::set<std::string> inputs;
   for (const Variable& row : rows) {
     if (!names.insert(row.name).second) throw Error("variable table: '" + row.name + "' is declared twice");
-    if (row.causality == Causality::input) inputs.insert(row.name);
-    if (row.causality != Causality::output && !(row.start >= row.least && row.start <= row.most))
+    if (has_start(row) && !(row.start >= row.least && row.start <= row.most))
       throw Error("variable table: the start value of '" + row.name + "' is out of its own range");
     if (row.is_tunable && row.causality != Causality::parameter)
       throw Error("variable table: '" + row.name + "' is tunable but no parameter");
@@ -51,11 +64,18 @@ void check_table(const std::vector<Variable>& rows) {
       throw Error("variable table: '" + row.name + "' needs choices if and only if it is an enumeration");
     if ((row.type == Type::real) != !row.unit.empty())
       throw Error("variable table: '" + row.name + "' needs a unit if and only if it is real");
+    if ((row.causality == Causality::state) != !row.rate_unit.empty())
+      throw Error("variable table: '" + row.name + "' needs a unit of its rate if and only if it is a state");
   }
   for (const Variable& row : rows)
     for (const std::string& name : row.depends_on)
-      if (!inputs.contains(name))
-        throw Error("variable table: '" + row.name + "' depends on '" + name + "', which is no input");
+      if (std::ranges::none_of(rows, [&](const Variable& known) { return acts_as(known, name); }))
+        throw Error("variable table: '" + row.name + "' depends on '" + name + "', which is no input and no state");
+}
+
+bool acts_as(const Variable& known, std::string_view name) {
+  if (known.causality != Causality::input && known.causality != Causality::state) return false;
+  return known.name == name || (known.name.starts_with(name) && known.name[name.size()] == '[');
 }
 
 const Blueprint& Blueprint::get() {

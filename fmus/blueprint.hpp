@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstring>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "model.hpp"
@@ -17,6 +18,7 @@ struct Blueprint {
   std::vector<Variable> rows;           // the value reference of a variable is its place in here
   std::vector<std::size_t> parameters;  // rows that are parameters
   std::vector<std::size_t> inputs;      // rows that are inputs
+  std::vector<std::size_t> states;      // rows that are states; their derivatives are the last rows, in the same order
   std::string guid;                     // hash of modelDescription.xml but for the GUID itself
 
   /// The one of this FMU, made at first use and constant from then on. Throws Error when the table contradicts itself.
@@ -25,6 +27,14 @@ struct Blueprint {
   /// The parameter that the standard's tolerance of an experiment sets, null where the model has none.
   const Variable* tolerance() const;
 };
+
+/// Whether the host may give the row a value.
+inline bool has_start(const Variable& row) {
+  return row.causality == Causality::parameter || row.causality == Causality::input;
+}
+
+/// Whether the row is an input or state that a dependency on `name` means.
+bool acts_as(const Variable& known, std::string_view name);
 
 /// Throws Error on contradictions in a table that the compiler cannot see, such as a name declared twice.
 void check_table(const std::vector<Variable>& rows);

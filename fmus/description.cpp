@@ -39,12 +39,16 @@ std::string attribute(std::string_view name, double value) { return attribute(na
 std::string attribute(std::string_view name, const char* value) { return attribute(name, std::string_view(value)); }
 std::string attribute(std::string_view name, bool value) { return attribute(name, value ? "true" : "false"); }
 
-std::string co_simulation(const Identity& identity) {
-  return "  <CoSimulation" + attribute("modelIdentifier", identity.name) +
+/// Both interfaces, with what they share.
+std::string interfaces(const Identity& identity) {
+  const std::string shared = attribute("canBeInstantiatedOnlyOncePerProcess", false) +
+                             attribute("canNotUseMemoryManagementFunctions", true) +
+                             attribute("canGetAndSetFMUstate", true) + attribute("canSerializeFMUstate", true) +
+                             attribute("providesDirectionalDerivative", true) + "/>\n";
+  const std::string name = attribute("modelIdentifier", identity.name);
+  return "  <ModelExchange" + name + shared + "  <CoSimulation" + name +
          attribute("canHandleVariableCommunicationStepSize", true) + attribute("canInterpolateInputs", true) +
-         attribute("maxOutputDerivativeOrder", 1.0) + attribute("canBeInstantiatedOnlyOncePerProcess", false) +
-         attribute("canNotUseMemoryManagementFunctions", true) + attribute("canGetAndSetFMUstate", true) +
-         attribute("canSerializeFMUstate", true) + attribute("providesDirectionalDerivative", false) + "/>\n";
+         attribute("maxOutputDerivativeOrder", 1.0) + shared;
 }
 
 std::string unit_definitions(const std::vector<Variable>& rows) {
@@ -107,8 +111,8 @@ std::string bounds(const Variable& row) {
 }
 
 /// The element inside a ScalarVariable that carries what depends on the type.
-std::string typed_element(const Variable& row) {
-  const bool has_start = row.causality != Causality::output;
+std::string typed_element(const Variable& row, std::string_view derivative) {
+  const std::string start = has_start(row) ? attribute("start", row.start) : "";
   switch (row.type) {
     case Type::real: {
       std::string result = "<Real" + attribute("unit", row.unit);
@@ -116,24 +120,24 @@ std::string typed_element(const Variable& row) {
         if (display.unit == row.unit) result += attribute("displayUnit", display.name);
       result += bounds(row);
       if (row.typical != 1.0) result += attribute("nominal", row.typical);
-      return result + (has_start ? attribute("start", row.start) : "") + "/>";
+      return result + start + std::string(derivative) + "/>";
     }
     case Type::integer:
-      return "<Integer" + bounds(row) + (has_start ? attribute("start", row.start) : "") + "/>";
+      return "<Integer" + bounds(row) + start + "/>";
     case Type::boolean:
-      return "<Boolean" + (has_start ? attribute("start", row.start != 0.0) : "") + "/>";
+      return "<Boolean" + (has_start(row) ? attribute("start", row.start != 0.0) : "") + "/>";
     case Type::enumeration:
-      return "<Enumeration" + attribute("declaredType", type_name(row)) + bounds(row) +
-             (has_start ? attribute("start", row.start) : "") + "/>";
+      return "<Enumeration" + attribute("declaredType", type_name(row)) + bounds(row) + start + "/>";
   }
   return {};
 }
 
-std::string model_variables(const std::vector<Variable>& rows) {
+std::string model_variables(const Blueprint& blueprint) {
+  const std::vector<Variable>& rows = blueprint.rows;
   std::string result = "  <ModelVariables>\n";
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const Variable& row = rows[i];
-    std::string role;
+    std::string role, derivative;
     switch (row.causality) {
       case Causality::parameter:
         role = attribute("causality", "parameter") + attribute("variability", row.is_tunable ? "tunable" : "fixed") +
@@ -147,31 +151,45 @@ std::string model_variables(const std::vector<Variable>& rows) {
                attribute("variability", row.type == Type::real ? "continuous" : "discrete") +
                attribute("initial", "calculated");
         break;
+      case Causality::derivative:
+        derivative = attribute("derivative", static_cast<double>(blueprint.states[row.place] + 1));
+        [[fallthrough]];
+      case Causality::state:
+        role = attribute("causality", "local") + attribute("variability", "continuous") +
+               attribute("initial", "calculated");
+        break;
     }
     result += "    <!-- " + std::to_string(i + 1) + " -->\n    <ScalarVariable" + attribute("name", row.name) +
               attribute("valueReference", static_cast<double>(i)) + attribute("description", row.description) + role +
-              ">\n      " + typed_element(row) + "\n    </ScalarVariable>\n";
+              ">\n      " + typed_element(row, derivative) + "\n    </ScalarVariable>\n";
   }
   return result + "  </ModelVariables>\n";
 }
 
-/// Exact dependencies of the outputs: a host would otherwise see algebraic loops that are not there. At the start an
-/// output may depend on every parameter and input, which is what InitialUnknowns say by leaving them out.
+std::string section(const std::string& name, const std::string& unknowns) {
+  return unknowns.empty() ? "" : "    <" + name + ">\n" + unknowns + "    </" + name + ">\n";
+}
+
+/// Exact dependencies of outputs and derivatives: a host would otherwise see algebraic loops that are not there. At the
+/// start they, and the states, may depend on every parameter and input, which is what InitialUnknowns say by leaving
+/// them out.
 std::string model_structure(const std::vector<Variable>& rows) {
-  std::string outputs;
-  std::string initial;
+  std::string outputs, derivatives, initial;
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    if (rows[i].causality != Causality::output) continue;
-    std::string inputs;
-    for (std::size_t k = 0; k < rows.size(); ++k)
-      if (std::ranges::count(rows[i].depends_on, rows[k].name)) append(inputs, std::to_string(k + 1), " ");
+    const Variable& row = rows[i];
+    if (has_start(row)) continue;
     const std::string index = attribute("index", static_cast<double>(i + 1));
-    outputs += "      <Unknown" + index + attribute("dependencies", inputs) + "/>\n";
     initial += "      <Unknown" + index + "/>\n";
+    if (row.causality == Causality::state) continue;
+    std::string known;
+    for (std::size_t k = 0; k < rows.size(); ++k)
+      if (std::ranges::any_of(row.depends_on, [&](const std::string& name) { return acts_as(rows[k], name); }))
+        append(known, std::to_string(k + 1), " ");
+    (row.causality == Causality::output ? outputs : derivatives) +=
+        "      <Unknown" + index + attribute("dependencies", known) + "/>\n";
   }
-  if (outputs.empty()) return "  <ModelStructure/>\n";
-  return "  <ModelStructure>\n    <Outputs>\n" + outputs + "    </Outputs>\n    <InitialUnknowns>\n" + initial +
-         "    </InitialUnknowns>\n  </ModelStructure>\n";
+  return "  <ModelStructure>\n" + section("Outputs", outputs) + section("Derivatives", derivatives) +
+         section("InitialUnknowns", initial) + "  </ModelStructure>\n";
 }
 
 }  // namespace
@@ -183,9 +201,9 @@ std::string model_description(const Blueprint& blueprint) {
          attribute("description", identity.description) + attribute("version", TCA_VERSION) +
          attribute("license", "MIT") + attribute("generationTool", "tca-cosim " TCA_VERSION) +
          attribute("variableNamingConvention", "structured") + attribute("numberOfEventIndicators", 0.0) + ">\n" +
-         co_simulation(identity) + unit_definitions(blueprint.rows) + type_definitions(blueprint.rows) +
-         log_categories() + default_experiment(blueprint) + model_variables(blueprint.rows) +
-         model_structure(blueprint.rows) + "</fmiModelDescription>\n";
+         interfaces(identity) + unit_definitions(blueprint.rows) + type_definitions(blueprint.rows) + log_categories() +
+         default_experiment(blueprint) + model_variables(blueprint) + model_structure(blueprint.rows) +
+         "</fmiModelDescription>\n";
 }
 
 }  // namespace fmu

@@ -91,12 +91,12 @@ fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2Str
   fmu::Log log(instanceName ? instanceName : "", functions, loggingOn != fmi2False);
   try {
     if (!instanceName || !*instanceName) throw Error("the instance needs a name that is not empty");
-    if (fmuType != fmi2CoSimulation) throw Error("model exchange is not offered; instantiate for co-simulation");
     const fmu::Blueprint& blueprint = fmu::Blueprint::get();
     if (!fmuGUID || blueprint.guid != fmuGUID)
       throw Error("GUID " + std::string(fmuGUID ? fmuGUID : "(null)") + " was given, this binary has " +
                   blueprint.guid + "; modelDescription.xml and binary are of different builds, build the FMU again");
-    return std::make_unique<Instance>(blueprint, log).release();
+    const auto interface = fmuType == fmi2CoSimulation ? fmu::Interface::co_simulation : fmu::Interface::model_exchange;
+    return std::make_unique<Instance>(blueprint, interface, log).release();
   } catch (const std::exception& error) {
     log.write(category::error, std::string("fmi2Instantiate: ") + error.what());
     return nullptr;
@@ -191,11 +191,13 @@ fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReferenc
   });
 }
 
-fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference[], size_t, const fmi2ValueReference[],
-                                        size_t, const fmi2Real[], fmi2Real[]) {
-  return run(c, call::directional_derivative, [](Instance&) {
-    throw Error(
-        "not offered (providesDirectionalDerivative is false); difference the outputs of restored steps instead");
+fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference vUnknown_ref[], size_t nUnknown,
+                                        const fmi2ValueReference vKnown_ref[], size_t nKnown, const fmi2Real dvKnown[],
+                                        fmi2Real dvUnknown[]) {
+  return run(c, call::directional_derivative, [&](Instance& instance) {
+    need_if(nUnknown, vUnknown_ref, dvUnknown);
+    need_if(nKnown, vKnown_ref, dvKnown);
+    instance.directional_derivative({vUnknown_ref, nUnknown}, {vKnown_ref, nKnown}, dvKnown, dvUnknown);
   });
 }
 
@@ -301,46 +303,68 @@ fmi2Status fmi2GetStringStatus(fmi2Component c, const fmi2StatusKind, fmi2String
   return run(c, call::get_string_status, [](Instance&) { return fmi2Discard; });  // only for steps that are pending
 }
 
-// ---------------------------------------------------------------- model exchange: no state allows it
+// ---------------------------------------------------------------- model exchange: there are no events
 
 fmi2Status fmi2EnterEventMode(fmi2Component c) {
-  return run(c, call::enter_event_mode, [](Instance&) {});
+  return run(c, call::enter_event_mode, [](Instance& instance) { instance.set_mode(Mode::event); });
 }
 
-fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo*) {
-  return run(c, call::new_discrete_states, [](Instance&) {});
+fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo* eventInfo) {
+  return run(c, call::new_discrete_states, [&](Instance&) {
+    need(eventInfo);
+    *eventInfo = {};  // nothing left to do, nothing changed, no time event to come
+  });
 }
 
 fmi2Status fmi2EnterContinuousTimeMode(fmi2Component c) {
-  return run(c, call::enter_continuous_time_mode, [](Instance&) {});
+  return run(c, call::enter_continuous_time_mode, [](Instance& instance) { instance.set_mode(Mode::continuous); });
 }
 
-fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean, fmi2Boolean*, fmi2Boolean*) {
-  return run(c, call::completed_integrator_step, [](Instance&) {});
+fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean, fmi2Boolean* enterEventMode,
+                                       fmi2Boolean* terminateSimulation) {
+  return run(c, call::completed_integrator_step, [&](Instance& instance) {
+    need(enterEventMode, terminateSimulation);
+    instance.complete_step();
+    *enterEventMode = *terminateSimulation = fmi2False;
+  });
 }
 
-fmi2Status fmi2SetTime(fmi2Component c, fmi2Real) {
-  return run(c, call::set_time, [](Instance&) {});
+fmi2Status fmi2SetTime(fmi2Component c, fmi2Real time) {
+  return run(c, call::set_time, [&](Instance& instance) { instance.set_time(time); });
 }
 
-fmi2Status fmi2SetContinuousStates(fmi2Component c, const fmi2Real[], size_t) {
-  return run(c, call::set_continuous_states, [](Instance&) {});
+fmi2Status fmi2SetContinuousStates(fmi2Component c, const fmi2Real x[], size_t nx) {
+  return run(c, call::set_continuous_states, [&](Instance& instance) {
+    need_if(nx, x);
+    instance.set_states({x, nx});
+  });
 }
 
-fmi2Status fmi2GetDerivatives(fmi2Component c, fmi2Real[], size_t) {
-  return run(c, call::get_derivatives, [](Instance&) {});
+fmi2Status fmi2GetDerivatives(fmi2Component c, fmi2Real derivatives[], size_t nx) {
+  return run(c, call::get_derivatives, [&](Instance& instance) {
+    need_if(nx, derivatives);
+    return instance.get_derivatives({derivatives, nx}) ? fmi2OK : fmi2Discard;
+  });
 }
 
-fmi2Status fmi2GetEventIndicators(fmi2Component c, fmi2Real[], size_t) {
-  return run(c, call::get_event_indicators, [](Instance&) {});
+fmi2Status fmi2GetEventIndicators(fmi2Component c, fmi2Real[], size_t ni) {
+  return run(c, call::get_event_indicators, [&](Instance&) {
+    if (ni != 0) throw Error("room for " + std::to_string(ni) + " event indicators, this FMU has none");
+  });
 }
 
-fmi2Status fmi2GetContinuousStates(fmi2Component c, fmi2Real[], size_t) {
-  return run(c, call::get_continuous_states, [](Instance&) {});
+fmi2Status fmi2GetContinuousStates(fmi2Component c, fmi2Real x[], size_t nx) {
+  return run(c, call::get_continuous_states, [&](Instance& instance) {
+    need_if(nx, x);
+    instance.get_states({x, nx});
+  });
 }
 
-fmi2Status fmi2GetNominalsOfContinuousStates(fmi2Component c, fmi2Real[], size_t) {
-  return run(c, call::get_nominals, [](Instance&) {});
+fmi2Status fmi2GetNominalsOfContinuousStates(fmi2Component c, fmi2Real x_nominal[], size_t nx) {
+  return run(c, call::get_nominals, [&](Instance& instance) {
+    need_if(nx, x_nominal);
+    instance.get_nominals({x_nominal, nx});
+  });
 }
 
 }  // extern "C"

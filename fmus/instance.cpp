@@ -41,8 +41,13 @@ std::string allowed(const Variable& row) {
 
 }  // namespace
 
-Instance::Instance(const Blueprint& blueprint, Log log)
-    : blueprint_(blueprint), log_(std::move(log)), model_(make_model()) {
+Instance::Instance(const Blueprint& blueprint, Interface interface, Log log)
+    : blueprint_(blueprint),
+      log_(std::move(log)),
+      model_(make_model()),
+      states_(blueprint.states.size()),
+      rates_(blueprint.states.size()) {
+  progress_.interface = interface;
   const auto data = model_->data();
   start_data_.assign(data.begin(), data.end());
   model_->warn = [this](std::string_view message) {
@@ -52,12 +57,15 @@ Instance::Instance(const Blueprint& blueprint, Log log)
 }
 
 void Instance::permit(const Call& call) const {
-  if (call.is_allowed(progress_.mode)) return;
+  const Interface interface = progress_.interface;
+  if (call.is_allowed(interface, progress_.mode)) return;
   std::string modes;
   for (std::size_t i = 0; i < kModeNames.size(); ++i)
-    if (call.is_allowed(static_cast<Mode>(i))) append(modes, kModeNames[i]);
+    if (call.is_allowed(interface, static_cast<Mode>(i))) append(modes, kModeNames[i]);
   throw Error("not allowed in state '" + std::string(kModeNames[static_cast<std::size_t>(progress_.mode)]) + "'; " +
-              (modes.empty() ? "this FMU does not offer it in any state" : "allowed in: " + modes));
+              (modes.empty() ? "an instance for " + std::string(kInterfaceNames[static_cast<std::size_t>(interface)]) +
+                                   " does not offer it in any state"
+                             : "allowed in: " + modes));
 }
 
 // ---------------------------------------------------------------- life cycle
@@ -76,12 +84,16 @@ void Instance::setup_experiment(std::optional<double> tolerance, double start, s
 
 void Instance::exit_initialization() {
   build_and_initialise();
-  progress_.mode = Mode::step_complete;
+  const bool is_slave = progress_.interface == Interface::co_simulation;
+  if (const std::string reason = model_->without_states(); !is_slave && !reason.empty())
+    throw Error("no model exchange: " + reason);
+  progress_.mode = is_slave ? Mode::step_complete : Mode::event;
 }
 
 void Instance::reset() {
   std::ranges::copy(start_data_, data());
-  progress_ = {};
+  progress_ = {.interface = progress_.interface};
+  invalidate();
   log_.write(category::events, "reset to start values");
 }
 
@@ -94,17 +106,38 @@ void Instance::build_and_initialise() {
     log_.write(category::events, "built for new parameters");
   }
   if (progress_.is_initialised) return;
-  progress_.is_evaluated = false;
+  invalidate();
   model_->initialise(progress_.time);
   progress_.is_initialised = true;
   if (log_.is_on(category::events)) log_.write(category::events, "initialised at t = " + text(progress_.time) + " s");
 }
 
-void Instance::refresh_outputs() {
+void Instance::invalidate() { progress_.is_evaluated = has_states_ = has_rates_ = false; }
+
+/// Brings what is calculated up to date.
+void Instance::refresh(Causality causality) {
   if (progress_.mode == Mode::initialization) build_and_initialise();
-  if (progress_.is_evaluated) return;
-  model_->evaluate(progress_.time);
-  progress_.is_evaluated = true;
+  if (causality == Causality::output && !progress_.is_evaluated) {
+    model_->evaluate(progress_.time);
+    progress_.is_evaluated = true;
+  }
+  if (causality == Causality::state && !has_states_) {
+    std::ranges::fill(states_, 0.0);
+    model_->get_states(states_);
+    has_states_ = true;
+  }
+  if (causality == Causality::derivative)
+    if (const std::string reason = refresh_rates(); !reason.empty()) throw Error(reason);
+}
+
+/// As refresh, and the reason where there are no derivatives. States that the parameters rule out do not move.
+std::string Instance::refresh_rates() {
+  if (has_rates_) return {};
+  std::ranges::fill(rates_, 0.0);
+  std::string reason;
+  if (model_->without_states().empty()) reason = model_->rates(progress_.time, rates_);
+  has_rates_ = reason.empty();
+  return reason;
 }
 
 // ---------------------------------------------------------------- values
@@ -122,6 +155,7 @@ const Variable& Instance::row(Reference reference, Access access) const {
 
 void Instance::check(const Variable& row, double value) const {
   if (row.causality == Causality::output) throw Error(row.name + " is an output and cannot be set");
+  if (!has_start(row)) throw Error(row.name + " is calculated and cannot be set");
   if (row.causality == Causality::parameter && !row.is_tunable && !is_starting())
     throw Error(row.name + " is a fixed parameter and cannot be set after initialisation; reset the FMU first");
   if (!std::isfinite(value) || value < row.least || value > row.most)
@@ -130,7 +164,7 @@ void Instance::check(const Variable& row, double value) const {
 }
 
 void Instance::mark_changed() {
-  progress_.is_evaluated = false;
+  invalidate();
   if (is_starting()) progress_.is_initialised = false;
 }
 
@@ -138,9 +172,11 @@ template <Access access>
 void Instance::get(std::span<const Reference> references, ValueOf<access>* values) {
   for (const Reference reference : references) {
     const Variable& variable = row(reference, access);
-    if (variable.causality == Causality::output) refresh_outputs();
+    if (!has_start(variable)) refresh(variable.causality);
     if constexpr (access == Access::real)
-      *values++ = load<double>(data(), variable.place);
+      *values++ = variable.causality == Causality::state        ? states_[variable.place]
+                  : variable.causality == Causality::derivative ? rates_[variable.place]
+                                                                : load<double>(data(), variable.place);
     else
       *values++ = static_cast<int>(value_of(variable, data()));
   }
@@ -185,7 +221,7 @@ void Instance::set_input_derivatives(std::span<const Reference> references, cons
 }
 
 void Instance::get_output_derivatives(std::span<const Reference> references, const int* orders, double* values) {
-  refresh_outputs();
+  refresh(Causality::output);
   for (std::size_t i = 0; i < references.size(); ++i) {
     const Variable& variable = row(references[i], Access::real);
     if (variable.causality != Causality::output || variable.derivative < 0 || orders[i] != 1)
@@ -226,7 +262,7 @@ bool Instance::step(double t, double h) {
   const bool is_complete = result.reached >= t + h - kRounding * std::max(std::abs(t), h);
   progress_.time = is_complete ? t + h : result.reached;
   progress_.mode = is_complete ? Mode::step_complete : Mode::step_failed;
-  progress_.is_evaluated = false;
+  invalidate();
   ++progress_.steps;
   advance_inputs(progress_.time - t, is_complete);
   if (!is_complete)
@@ -245,6 +281,51 @@ void Instance::advance_inputs(double h, bool is_complete) {
     if (!is_complete) moved = {moved[0], du + h * (ddu + h / 2 * dddu), ddu + h * dddu, dddu};
     store(data(), place, moved);
   }
+}
+
+// ---------------------------------------------------------------- model exchange
+
+void Instance::set_time(double t) {
+  if (!std::isfinite(t)) throw Error("time " + text(t) + " s; give a finite time");
+  progress_.time = t;
+  invalidate();
+}
+
+void Instance::need_states(std::size_t count) const {
+  if (count != states_.size())
+    throw Error("room for " + std::to_string(count) + " states, this FMU has " + std::to_string(states_.size()));
+}
+
+void Instance::set_states(std::span<const double> x) {
+  need_states(x.size());
+  for (std::size_t i = 0; i < x.size(); ++i)
+    if (!std::isfinite(x[i]))
+      throw Error(blueprint_.rows[blueprint_.states[i]].name + " = " + text(x[i]) +
+                  " refused; give a finite value, nothing was changed");
+  model_->set_states(x);
+  invalidate();
+}
+
+void Instance::get_states(std::span<double> x) {
+  need_states(x.size());
+  refresh(Causality::state);
+  std::ranges::copy(states_, x.begin());
+}
+
+void Instance::get_nominals(std::span<double> x) const {
+  need_states(x.size());
+  for (std::size_t i = 0; i < x.size(); ++i) x[i] = blueprint_.rows[blueprint_.states[i]].typical;
+}
+
+bool Instance::get_derivatives(std::span<double> dx) {
+  need_states(dx.size());
+  const std::string reason = refresh_rates();
+  if (!reason.empty()) {
+    log_.write(category::discard, "derivatives at t = " + text(progress_.time) + " s: " + reason);
+    return false;
+  }
+  std::ranges::copy(rates_, dx.begin());
+  return true;
 }
 
 // ---------------------------------------------------------------- state
@@ -269,6 +350,10 @@ void Instance::save(Snapshot& snapshot) {
 }
 
 void Instance::restore(const Snapshot& snapshot) {
+  if (snapshot.progress.interface != progress_.interface)
+    throw Error("the state was saved by an instance for " +
+                std::string(kInterfaceNames[static_cast<std::size_t>(snapshot.progress.interface)]) +
+                "; restore it in one of the same interface");
   if (!snapshot.built_with.empty() && snapshot.built_with != built_with_) {
     if (snapshot.built_with.size() != blueprint_.parameters.size())
       throw Error("the state does not fit this FMU's parameters");
@@ -293,20 +378,21 @@ void Instance::restore(const Snapshot& snapshot) {
   }
   std::ranges::copy(snapshot.data, data());
   progress_ = snapshot.progress;
+  has_states_ = has_rates_ = false;
 }
 
-Snapshot* Instance::add(std::unique_ptr<Snapshot> snapshot) { return states_.emplace_back(std::move(snapshot)).get(); }
+Snapshot* Instance::add(std::unique_ptr<Snapshot> snapshot) { return saved_.emplace_back(std::move(snapshot)).get(); }
 
 Snapshot& Instance::find(const void* state) const {
-  const auto found = std::ranges::find(states_, state, &std::unique_ptr<Snapshot>::get);
-  if (found == states_.end())
+  const auto found = std::ranges::find(saved_, state, &std::unique_ptr<Snapshot>::get);
+  if (found == saved_.end())
     throw Error("unknown FMU state; pass one that this instance gave out and that was not freed");
   return **found;
 }
 
 void Instance::remove(const void* state) {
   find(state);
-  std::erase_if(states_, [state](const auto& snapshot) { return snapshot.get() == state; });
+  std::erase_if(saved_, [state](const auto& snapshot) { return snapshot.get() == state; });
 }
 
 Snapshot Instance::deserialise(std::span<const std::byte> bytes) {

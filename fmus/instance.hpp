@@ -26,7 +26,7 @@ using ValueOf = std::conditional_t<access == Access::real, double, int>;
 
 class Instance {
  public:
-  Instance(const Blueprint& blueprint, Log log);
+  Instance(const Blueprint& blueprint, Interface interface, Log log);
   Instance(const Instance&) = delete;
 
   Log& log() { return log_; }
@@ -48,6 +48,12 @@ class Instance {
   template <Access access>
   void set(std::span<const Reference> references, const ValueOf<access>* values);
 
+  /// The derivative of unknowns (outputs, derivatives of states) in the direction `known` of inputs and states; while
+  /// the instance is initialised, of everything calculated and of inputs and parameters. `unknown` is what changes.
+  /// Central differences of order 4, see differences.cpp.
+  void directional_derivative(std::span<const Reference> unknowns, std::span<const Reference> knowns,
+                              const double* known, double* unknown);
+
   /// Time derivatives of inputs, orders 1 to 3, for the next step only.
   void set_input_derivatives(std::span<const Reference> references, const int* orders, const double* values);
 
@@ -57,6 +63,15 @@ class Instance {
   /// From t to t + h [s]. False after a part of the step: the state is that of progress().time and `log()` has the
   /// reason. Throws Error and keeps the state at t when the step cannot be made.
   bool step(double t, double h);
+
+  // Model exchange. Spans have one number per state of the table; Error otherwise.
+  void set_time(double t);
+  void set_states(std::span<const double> x);
+  void get_states(std::span<double> x);
+  void get_nominals(std::span<double> x) const;
+  /// False where the model has no derivatives: a host may try another point, `log()` has the reason.
+  bool get_derivatives(std::span<double> dx);
+  void complete_step() { model_->complete_step(); }
 
   void save(Snapshot& snapshot);
   void restore(const Snapshot& snapshot);
@@ -82,7 +97,11 @@ class Instance {
   void read_parameters(std::vector<double>& values);
   void write_parameters(std::span<const double> values);
   void build_and_initialise();
-  void refresh_outputs();
+  void invalidate();
+  void refresh(Causality causality);
+  void move(const Variable& known, double change);
+  std::string refresh_rates();
+  void need_states(std::size_t count) const;
   void check_step(double t, double h) const;
   void advance_inputs(double h, bool is_complete);
 
@@ -91,11 +110,13 @@ class Instance {
   std::unique_ptr<Model> model_;
   Progress progress_;
   bool warned_ = false;
-  std::vector<double> built_with_;     // see Snapshot
-  std::vector<std::byte> start_data_;  // of a new instance, for reset
-  std::vector<double> memory_before_;  // scratch of step()
-  std::vector<double> parameters_;     // scratch of build_and_initialise()
-  std::vector<std::unique_ptr<Snapshot>> states_;
+  std::vector<double> built_with_;      // see Snapshot
+  std::vector<std::byte> start_data_;   // of a new instance, for reset
+  std::vector<double> memory_before_;   // scratch of step()
+  std::vector<double> states_, rates_;  // views of memory(), brought up to date on demand
+  bool has_states_ = false, has_rates_ = false;
+  std::vector<double> parameters_;  // scratch of build_and_initialise()
+  std::vector<std::unique_ptr<Snapshot>> saved_;
 };
 
 }  // namespace fmu

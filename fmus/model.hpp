@@ -54,6 +54,22 @@ class Model {
   /// values at time t [s].
   virtual void evaluate(double t) = 0;
 
+  // Continuous states, for model exchange and directional derivatives: those that the table declares, in its order,
+  // whatever the parameters. They are a view of memory(); what the present parameters do not need stays 0.
+
+  /// Why the model as built has no such states; empty where it has.
+  virtual std::string without_states() const { return "this model has no continuous states"; }
+
+  virtual void get_states(std::span<double> /*x*/) {}
+  virtual void set_states(std::span<const double> /*x*/) {}
+
+  /// Writes the states' time derivatives for memory() and the inputs' values at time t [s]. Returns why there are none
+  /// here, empty on success. Leaves memory() alone.
+  virtual std::string rates(double /*t*/, std::span<double> /*dx*/) { return without_states(); }
+
+  /// Takes note that a host's integrator has accepted the present states.
+  virtual void complete_step() {}
+
   /// Set by the runtime: passes a warning to the host's log.
   std::function<void(std::string_view)> warn = [](std::string_view) {};
 };

@@ -13,8 +13,8 @@ static_assert(std::endian::native == std::endian::little, "serialised states are
 
 using Word = std::uint64_t;
 constexpr Word kMagic = 0x3153554d46414354;  // "TCAFMUS1"
-constexpr Word kVersion = 1;
-constexpr std::size_t kFixedWords = 13;  // all but the values, built_with and memory
+constexpr Word kVersion = 2;
+constexpr std::size_t kFixedWords = 14;  // all but the values, built_with and memory
 
 std::size_t value_count(const Blueprint& blueprint) {
   return blueprint.parameters.size() + std::tuple_size_v<Polynomial> * blueprint.inputs.size();
@@ -100,6 +100,7 @@ void serialise(const Blueprint& blueprint, const Snapshot& snapshot, std::span<s
   writer.put(progress.time);
   writer.put(progress.stop);
   writer.put(Word{progress.steps});
+  writer.put(Word{static_cast<unsigned>(progress.interface)});
   std::vector<double> values;
   for (const std::size_t index : blueprint.parameters)
     values.push_back(value_of(blueprint.rows[index], snapshot.data.data()));
@@ -125,6 +126,10 @@ Snapshot deserialise(const Blueprint& blueprint, std::span<const std::byte> byte
   progress.time = reader.number();
   progress.stop = reader.number();
   progress.steps = reader.word();
+  const Word interface = reader.word();
+  if (interface >= kInterfaceNames.size())
+    throw Error("the serialised state claims to be of interface " + std::to_string(interface));
+  progress.interface = static_cast<Interface>(interface);
   const std::vector<double> values = reader.numbers();
   snapshot.built_with = reader.numbers();
   snapshot.memory = reader.numbers();

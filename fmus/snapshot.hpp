@@ -14,6 +14,7 @@ namespace fmu {
 
 /// What the runtime itself remembers; times in seconds.
 struct Progress {
+  Interface interface = Interface::co_simulation;
   Mode mode = Mode::instantiated;
   bool is_initialised = false;  // memory() is the start for the present parameters and inputs, or what became of it
   bool is_evaluated = false;    // the outputs belong to memory() and the inputs

@@ -14,7 +14,7 @@
 namespace fmu {
 
 enum class Type { real, integer, boolean, enumeration };
-enum class Causality { parameter, input, output };
+enum class Causality { parameter, input, output, state, derivative };
 
 struct Variable {
   std::string name;
@@ -22,22 +22,24 @@ struct Variable {
   std::string description;
   Type type = Type::real;
   Causality causality = Causality::parameter;
-  std::ptrdiff_t place = 0;        // bytes from the start of Model::data()
+  std::ptrdiff_t place = 0;        // bytes from the start of Model::data(); states and derivatives: index of the state
   std::ptrdiff_t derivative = -1;  // outputs: place of the first time derivative, -1 where none is offered
   double start = 0.0;              // of inputs and parameters, read from the default-constructed data struct
   double least = -std::numeric_limits<double>::infinity();
   double most = std::numeric_limits<double>::infinity();
-  double typical = 1.0;                 // FMI nominal
-  bool is_tunable = false;              // parameters: may change after initialisation
-  std::vector<std::string> items;       // enumerations: item k has the value k + 1
-  std::vector<std::string> depends_on;  // outputs: inputs that act on it at once; empty for a function of state
+  double typical = 1.0;            // FMI nominal
+  bool is_tunable = false;         // parameters: may change after initialisation
+  std::vector<std::string> items;  // enumerations: item k has the value k + 1
+  // Outputs and derivatives: inputs and states that act at once, by name, or by the name of a vector for all of it.
+  std::vector<std::string> depends_on;
+  std::string rate_unit;  // states: of the time derivative
 
   // Refinements of a row, to be chained behind Table::parameter, input and output.
   Variable& range(double low, double high) { return least = low, most = high, *this; }
   Variable& nominal(double value) { return typical = value, *this; }
   Variable& tunable() { return is_tunable = true, *this; }
   Variable& choices(std::vector<std::string> names) { return items = std::move(names), *this; }
-  Variable& depends(std::vector<std::string> inputs) { return depends_on = std::move(inputs), *this; }
+  Variable& depends(std::vector<std::string> names) { return depends_on = std::move(names), *this; }
 };
 
 /// "T", 0 -> "T[1]": the structured name of the index-th (from 0) element.
@@ -67,6 +69,18 @@ class Table {
                    std::string description) {
     Variable& row = output(std::move(name), member, std::move(unit), std::move(description));
     row.derivative = place_of(rate);
+    return row;
+  }
+
+  /// A continuous state and its derivative der(name), which is what depends() is about.
+  Variable& state(std::string name, std::string unit, std::string rate_unit, std::string description) {
+    Variable& row = rows_.emplace_back();
+    row.name = std::move(name);
+    row.unit = std::move(unit);
+    row.rate_unit = std::move(rate_unit);
+    row.description = std::move(description);
+    row.causality = Causality::state;
+    row.place = states_++;
     return row;
   }
 
@@ -101,6 +115,7 @@ class Table {
 
   const std::byte* base_;
   std::vector<Variable> rows_;
+  std::ptrdiff_t states_ = 0;
 };
 
 /// What each FMU folder defines in its table.cpp.

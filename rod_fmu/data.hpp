@@ -11,6 +11,7 @@ namespace rod {
 inline constexpr std::size_t tca_count = TCA_COUNT;
 inline constexpr std::size_t shape_stations = 21;
 inline constexpr int highest_order = 7;
+inline constexpr std::size_t strain_states = 6 * (highest_order + 1);  // of the largest rod
 inline constexpr int least_grid_points = 5, most_grid_points = 401;
 
 enum class Strains : int { bending = 1, extensible, kirchhoff, cosserat };

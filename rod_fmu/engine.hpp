@@ -25,6 +25,13 @@ class Engine {
   virtual Advance step(std::span<double> memory, const Inputs& u, double h, double tolerance) = 0;
   /// All outputs.
   virtual void outputs(std::span<double> memory, const Loads& loads, Outputs& y) = 0;
+
+  // Memory as continuous states and back, for engines that integrate differential equations: strains in the order of
+  // Rod::place, their rates likewise, heat of the damping. What this rod lacks is left alone.
+  virtual void get_states(std::span<double> /*memory*/, std::span<double> /*x*/) const {}
+  virtual void set_states(std::span<double> /*memory*/, std::span<const double> /*x*/) const {}
+  /// Time derivatives of the states; memory stays as it is. False: there are none that are finite.
+  virtual bool rates(std::span<const double> /*memory*/, const Loads&, std::span<double> /*dx*/) { return false; }
 };
 
 /// Strains as polynomials: statics, and all methods but the paper's.

@@ -63,6 +63,11 @@ class Rod {
   Rod(const Parameters& p, const Section& section);
 
   int unknowns() const { return static_cast<int>(components_.size()) * terms_; }
+  /// Where unknown k stands among those of the largest rod: degree by degree, six components each.
+  int place(int k) const {
+    const int count = static_cast<int>(components_.size());
+    return k / count * 6 + components_[k % count];
+  }
 
   /// r(q, v, a) [J]. Statics when v and a are null. Fills work for the calls below.
   void residual(const double* q, const double* v, const double* a, const Loads& loads, Work& work, Vector& r) const;

@@ -55,6 +55,25 @@ fmu::StepResult RodModel::step(double t, double h) {
   return {advance.reached == h ? t + h : t + advance.reached, advance.trouble};
 }
 
+std::string RodModel::without_states() const {
+  const Parameters& p = data_.parameters;
+  if (!p.dynamic) return "with dynamic = false the shape is an equilibrium, not a state; set dynamic = true";
+  if (p.method == Method::pade_euler)
+    return "method = pade_euler is a scheme of time steps; choose another method, all others mean the same equations";
+  return "";
+}
+
+void RodModel::get_states(std::span<double> x) {
+  if (without_states().empty()) engine_->get_states(memory_, x);
+}
+
+void RodModel::set_states(std::span<const double> x) { engine_->set_states(memory_, x); }
+
+std::string RodModel::rates(double, std::span<double> dx) {
+  const bool found = engine_->rates(memory_, loads_at(data_.inputs, 0.0), dx);
+  return found ? "" : "no finite acceleration; the strains or the loads may be too large";
+}
+
 void RodModel::evaluate(double) { engine_->outputs(memory_, loads_at(data_.inputs, 0.0), data_.outputs); }
 
 }  // namespace rod

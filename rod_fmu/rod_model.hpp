@@ -18,6 +18,10 @@ class RodModel final : public fmu::Model {
   void initialise(double t) override;
   fmu::StepResult step(double t, double h) override;
   void evaluate(double t) override;
+  std::string without_states() const override;
+  void get_states(std::span<double> x) override;
+  void set_states(std::span<const double> x) override;
+  std::string rates(double t, std::span<double> dx) override;
 
  private:
   Data data_;

@@ -1,6 +1,7 @@
 // Strain polynomials and the integrators for them as an engine.
 #include <algorithm>
 #include <optional>
+#include <vector>
 
 #include "bdf.hpp"
 #include "engine.hpp"
@@ -48,13 +49,44 @@ class StrainEngine final : public Engine {
     y.energy_dissipated = now.dissipated;
   }
 
+  void get_states(std::span<double> memory, std::span<double> x) const override {
+    const State now = state(memory);
+    show(now.q, now.v, now.dissipated, x);
+  }
+
+  void set_states(std::span<double> memory, std::span<const double> x) const override {
+    State now = state(memory);
+    for (int k = 0; k < rod_.unknowns(); ++k) {
+      now.q[k] = x[rod_.place(k)];
+      now.v[k] = x[strain_states + rod_.place(k)];
+    }
+    now.dissipated = x[2 * strain_states];
+  }
+
+  bool rates(std::span<const double> memory, const Loads& loads, std::span<double> dx) override {
+    copy_.assign(memory.begin(), memory.end());
+    State now = state(copy_);
+    if (!accelerate(rod_, loads, now, scratch_)) return false;
+    show(now.v, now.a, rod_.damping().dot(now.v.cwiseAbs2()), dx);
+    return true;
+  }
+
  private:
   State state(std::span<double> memory) const { return State(memory.data(), rod_.unknowns()); }
+
+  void show(const Eigen::Map<Vector>& first, const Eigen::Map<Vector>& second, double last, std::span<double> x) const {
+    for (int k = 0; k < rod_.unknowns(); ++k) {
+      x[rod_.place(k)] = first[k];
+      x[strain_states + rod_.place(k)] = second[k];
+    }
+    x[2 * strain_states] = last;
+  }
 
   Rod rod_;
   bool dynamic_;
   Method method_;
   Scratch scratch_;
+  std::vector<double> copy_;  // scratch of rates()
   std::optional<Bdf> bdf_;
 };
 

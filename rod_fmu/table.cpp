@@ -111,42 +111,73 @@ void add_inputs(fmu::Table<rod::Data>& table, const rod::Inputs& u) {
 }
 
 void add_outputs(fmu::Table<rod::Data>& table, const rod::Outputs& y) {
-  std::vector<std::string> loads;  // a tension follows these inputs at once
-  for (const char* name : {"T", "delta_guess"})
-    for (std::size_t i = 0; i < rod::tca_count; ++i) loads.push_back(fmu::indexed(name, i));
-
   for (std::size_t i = 0; i < rod::tca_count; ++i)
-    table.output(fmu::indexed("delta", i), y.delta[i], y.delta_rate[i], "m", "displacement of the TCA").nominal(1e-3);
+    table.output(fmu::indexed("delta", i), y.delta[i], y.delta_rate[i], "m", "displacement of the TCA")
+        .nominal(1e-3)
+        .depends({"strain"});
   for (std::size_t i = 0; i < rod::tca_count; ++i)
     table.output(fmu::indexed("N", i), y.N[i], "N", "tension of the TCA")
         .nominal(0.1)
-        .depends({loads[i], loads[rod::tca_count + i]});
+        .depends({fmu::indexed("T", i), fmu::indexed("delta_guess", i), "strain"});
   for (std::size_t c = 0; c < 3; ++c)
-    table.output(fmu::indexed("tip.p", c), y.tip_p[c], "m", std::string("tip position, ") + axis[c]).nominal(0.01);
+    table.output(fmu::indexed("tip.p", c), y.tip_p[c], "m", std::string("tip position, ") + axis[c])
+        .nominal(0.01)
+        .depends({"strain"});
   constexpr const char* angle[3] = {"alpha", "beta", "gamma"};
   for (std::size_t c = 0; c < 3; ++c)
-    table.output(fmu::indexed("tip.euler", c), y.tip_euler[c], "rad",
-                 std::string(angle[c]) + " of the tip's rotation Rx(alpha) Ry(beta) Rz(gamma)");
+    table
+        .output(fmu::indexed("tip.euler", c), y.tip_euler[c], "rad",
+                std::string(angle[c]) + " of the tip's rotation Rx(alpha) Ry(beta) Rz(gamma)")
+        .depends({"strain"});
   for (std::size_t c = 0; c < 4; ++c)
-    table.output(fmu::indexed("tip.quaternion", c), y.tip_quaternion[c], "1", "tip orientation, scalar part first");
+    table.output(fmu::indexed("tip.quaternion", c), y.tip_quaternion[c], "1", "tip orientation, scalar part first")
+        .depends({"strain"});
   for (std::size_t c = 0; c < 3; ++c)
-    table.output(fmu::indexed("tip.v", c), y.tip_v[c], "m/s", std::string("tip velocity, ") + axis[c]).nominal(0.1);
-  table.output("energy.elastic", y.energy_elastic, "J", "strain energy of the body").nominal(1e-4);
+    table.output(fmu::indexed("tip.v", c), y.tip_v[c], "m/s", std::string("tip velocity, ") + axis[c])
+        .nominal(0.1)
+        .depends({"strain", "strain_rate"});
+  table.output("energy.elastic", y.energy_elastic, "J", "strain energy of the body").nominal(1e-4).depends({"strain"});
   table.output("energy.tca", y.energy_tca, "J", "energy of the TCAs, sum of N^2/(2 k); with delta_guess when exchanged")
       .nominal(1e-4)
-      .depends(loads);
-  table.output("energy.kinetic", y.energy_kinetic, "J", "kinetic energy").nominal(1e-4);
+      .depends({"T", "delta_guess", "strain"});
+  table.output("energy.kinetic", y.energy_kinetic, "J", "kinetic energy")
+      .nominal(1e-4)
+      .depends({"strain", "strain_rate"});
   table.output("energy.gravity", y.energy_gravity, "J", "gravity potential, 0 for all mass at the clamp")
       .nominal(1e-4)
-      .depends({"gravity[1]", "gravity[2]", "gravity[3]"});
+      .depends({"gravity", "strain"});
   table.output("energy.dissipated", y.energy_dissipated, "J", "heat of the body's damping since the start")
-      .nominal(1e-4);
+      .nominal(1e-4)
+      .depends({"dissipation"});
   for (std::size_t k = 0; k < rod::shape_stations; ++k)
     for (std::size_t c = 0; c < 3; ++c)
       table
           .output("shape.p[" + std::to_string(k + 1) + "," + std::to_string(c + 1) + "]", y.shape[k][c], "m",
                   std::string("centreline, evenly spaced from the clamp: ") + axis[c])
-          .nominal(0.01);
+          .nominal(0.01)
+          .depends({"strain"});
+}
+
+/// Those of the largest rod, in the order of Rod::place.
+void add_states(fmu::Table<rod::Data>& table) {
+  constexpr const char* kind[6] = {"curvature", "curvature", "twist", "shear", "shear", "stretch"};
+  const auto name = [](const char* vector, std::size_t a, std::size_t c) {
+    return std::string(vector) + "[" + std::to_string(a + 1) + "," + std::to_string(c + 1) + "]";
+  };
+  const auto about = [&](std::size_t a, std::size_t c) {
+    return std::string(kind[c]) + ", " + axis[c % 3] + (c < 3 ? ", times the length" : "") +
+           ": coefficient of the Legendre polynomial of degree " + std::to_string(a);
+  };
+  for (std::size_t a = 0; a <= rod::highest_order; ++a)
+    for (std::size_t c = 0; c < 6; ++c)
+      table.state(name("strain", a, c), "1", "1/s", about(a, c)).nominal(0.1).depends({name("strain_rate", a, c)});
+  for (std::size_t a = 0; a <= rod::highest_order; ++a)
+    for (std::size_t c = 0; c < 6; ++c)
+      table.state(name("strain_rate", a, c), "1/s", "1/s2", "rate of " + about(a, c))
+          .depends({"strain", "strain_rate", "T", "delta_guess", "gravity", "tip_force", "tip_moment"});
+  table.state("dissipation", "J", "W", "heat of the body's damping since the start")
+      .nominal(1e-4)
+      .depends({"strain_rate"});
 }
 
 }  // namespace
@@ -161,6 +192,7 @@ std::vector<fmu::Variable> fmu::variables() {
   add_parameters(table, defaults.parameters);
   add_inputs(table, defaults.inputs);
   add_outputs(table, defaults.outputs);
+  add_states(table);
   return std::move(table).rows();
 }
 

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import ctypes
 import shutil
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TypeVar
 
 import fmpy
+import numpy as np
+from fmpy.fmi2 import FMU2Model as Model
 from fmpy.fmi2 import FMU2Slave, fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
 
 ROOT = Path(__file__).parents[1]
+Self = TypeVar("Self")
 
 
 @dataclass(frozen=True)
@@ -34,8 +39,8 @@ SUBJECTS = (
 )
 
 
-class FMU2Host(FMU2Slave):
-    """`with FMU2Host(path) as fmu:` loads it; `messages` is what it logged. FMPy wants FMU2 in the name."""
+class _Hosted:
+    """What both interfaces share: loading, the log, variables by name."""
 
     def __init__(self, path: Path):
         self.description = fmpy.read_model_description(str(path), validate=False)
@@ -45,7 +50,7 @@ class FMU2Host(FMU2Slave):
         super().__init__(
             guid=self.description.guid,
             unzipDirectory=fmpy.extract(str(path)),
-            modelIdentifier=self.description.coSimulation.modelIdentifier,
+            modelIdentifier=path.stem,
             instanceName=path.stem,
         )
         callbacks = fmi2CallbackFunctions()
@@ -56,7 +61,7 @@ class FMU2Host(FMU2Slave):
     def _take(self, environment, instance, status, category, message) -> None:
         self.messages.append(message.decode())
 
-    def __enter__(self) -> FMU2Host:
+    def __enter__(self: Self) -> Self:
         return self
 
     def __exit__(self, *_) -> None:
@@ -73,16 +78,73 @@ class FMU2Host(FMU2Slave):
     def write(self, name: str, value: float) -> None:
         self.setReal(self.references([name]), [value])
 
+    def read(self) -> list[float]:
+        return self.getReal(self.references(self.outputs))
+
+
+class FMU2Host(_Hosted, FMU2Slave):
+    """`with FMU2Host(path) as fmu:` loads it; `messages` is what it logged. FMPy wants FMU2 in the name."""
+
     def apply(self, inputs: Mapping[str, tuple[float, float]]) -> None:
         for name, (value, slope) in inputs.items():
             self.write(name, value)
             self.setRealInputDerivatives(self.references([name]), [1], [slope])
 
-    def read(self) -> list[float]:
-        return self.getReal(self.references(self.outputs))
-
     def step(self, t: float, h: float) -> None:
         self.doStep(t, h, False)
+
+
+class FMU2Model(_Hosted, Model):
+    """The same for model exchange. Arrays have one number per state."""
+
+    def start(self) -> None:
+        super().start()
+        self.newDiscreteStates()
+        self.enterContinuousTimeMode()
+        x = self.states()
+        self.put(x + 1.0)
+        self.used = (self.states() != x).astype(float)  # 1 for states that the parameters need
+        self.put(x)
+
+    @property
+    def derivative_rows(self) -> list:
+        return [unknown.variable for unknown in self.description.derivatives]
+
+    @property
+    def rate_references(self) -> list[int]:
+        return [row.valueReference for row in self.derivative_rows]
+
+    @property
+    def state_references(self) -> list[int]:
+        return [row.derivative.valueReference for row in self.derivative_rows]
+
+    @property
+    def nominals(self) -> np.ndarray:
+        values = np.zeros(len(self.derivative_rows))
+        self.getNominalsOfContinuousStates(_pointer(values), values.size)
+        return values
+
+    def apply(self, inputs: Mapping[str, tuple[float, float]]) -> None:
+        for name, (value, _) in inputs.items():
+            self.write(name, value)
+
+    def states(self) -> np.ndarray:
+        values = np.zeros(len(self.derivative_rows))
+        self.getContinuousStates(_pointer(values), values.size)
+        return values
+
+    def put(self, values: np.ndarray) -> None:
+        values = np.ascontiguousarray(values, dtype=float)
+        self.setContinuousStates(_pointer(values), values.size)
+
+    def rates(self) -> np.ndarray:
+        values = np.zeros(len(self.derivative_rows))
+        self.getDerivatives(_pointer(values), values.size)
+        return values
+
+
+def _pointer(values: np.ndarray) -> ctypes.Array:
+    return values.ctypes.data_as(ctypes.POINTER(ctypes.c_double))
 
 
 def run(path: Path, inputs: Mapping[str, tuple[float, float]], h: float, steps: int) -> list[list[float]]:

@@ -47,14 +47,16 @@ def test_needs_only_the_c_library(binary: Path):
 
 @FMUS
 def test_declares_what_it_can(path: Path):
-    slave = fmpy.read_model_description(str(path)).coSimulation
+    description = fmpy.read_model_description(str(path))
+    slave = description.coSimulation
     assert slave.canHandleVariableCommunicationStepSize
     assert slave.canInterpolateInputs
     assert slave.maxOutputDerivativeOrder == 1
-    assert slave.canGetAndSetFMUstate
-    assert slave.canSerializeFMUstate
-    assert not slave.canBeInstantiatedOnlyOncePerProcess
-    assert not slave.providesDirectionalDerivative
+    for interface in (slave, description.modelExchange):
+        assert interface.canGetAndSetFMUstate
+        assert interface.canSerializeFMUstate
+        assert not interface.canBeInstantiatedOnlyOncePerProcess
+        assert interface.providesDirectionalDerivative
 
 
 @FMUS
@@ -85,7 +87,7 @@ def test_types_and_variables_have_different_names(path: Path):
 
 @FMUS
 def test_declared_dependencies_are_the_true_ones(path: Path):
-    """Changing an input without a step changes exactly the outputs that declare a dependency on it."""
+    """Changing an input without a step changes only outputs that declare a dependency on it."""
     with FMU2Host(path) as fmu:
         fmu.start()
         fmu.step(0.0, 0.01)

@@ -49,6 +49,7 @@ TEST(Table, RefusesContradictions) {
   EXPECT_NE(complaint([](Rows& rows) { rows[0].start = 99.0; }).find("range"), std::string::npos);
   EXPECT_NE(complaint([](Rows& rows) { rows[0].unit = ""; }).find("unit"), std::string::npos);
   EXPECT_NE(complaint([](Rows& rows) { rows.back().depends_on = {"mass"}; }).find("no input"), std::string::npos);
+  EXPECT_NE(complaint([](Rows& rows) { rows.back().rate_unit = "1/s"; }).find("state"), std::string::npos);
   EXPECT_NE(complaint([](Rows& rows) { rows.back().tunable(); }).find("tunable"), std::string::npos);
   EXPECT_NE(complaint([](Rows& rows) { rows[0].choices({"a"}); }).find("choices"), std::string::npos);
 }
@@ -75,9 +76,19 @@ TEST_F(Description, SaysWhatARowSays) {
 }
 
 TEST_F(Description, DeclaresExactDependencies) {
-  // x and v are functions of the state; reading sees bias (row 11) at once.
-  EXPECT_TRUE(has("<Unknown index=\"12\" dependencies=\"\"/>"));
-  EXPECT_TRUE(has("<Unknown index=\"14\" dependencies=\"11\"/>"));
+  // Rows: 10 force, 11 bias, 12 x, 13 v, 14 reading, 15 builds, 16 to 25 position, 26 to 35 velocity, then derivatives.
+  EXPECT_TRUE(has("<Unknown index=\"12\" dependencies=\"16 17 18 19 20 21 22 23 24 25\"/>"));
+  EXPECT_TRUE(has("<Unknown index=\"14\" dependencies=\"11 16 17 18 19 20 21 22 23 24 25\"/>"));
+  EXPECT_TRUE(has("<Unknown index=\"15\" dependencies=\"\"/>"));
+  EXPECT_TRUE(has("<Unknown index=\"36\" dependencies=\"26\"/>"));
+}
+
+TEST_F(Description, PairsStatesWithTheirDerivatives) {
+  EXPECT_TRUE(has("name=\"der(velocity[1])\" valueReference=\"45\""));
+  EXPECT_TRUE(has("<Real unit=\"m/s2\" derivative=\"26\"/>"));
+  EXPECT_NE(xml.find("<Derivatives>\n      <Unknown index=\"36\""), std::string::npos);
+  EXPECT_TRUE(has("<ModelExchange modelIdentifier=\"probe\""));
+  EXPECT_TRUE(has("<CoSimulation modelIdentifier=\"probe\""));
 }
 
 TEST_F(Description, IsNamedByItsGuid) {

@@ -155,14 +155,16 @@ TEST(Bytes, OfAnotherLengthVersionOrFmuAreRefused) {
   };
   EXPECT_EQ(host.restore(with_word(0, 42)), fmi2Error);
   EXPECT_TRUE(host.said({"no serialised state"}));
-  EXPECT_EQ(host.restore(with_word(1, 2)), fmi2Error);
-  EXPECT_TRUE(host.said({"version 2", "reads version 1"}));
+  EXPECT_EQ(host.restore(with_word(1, 3)), fmi2Error);
+  EXPECT_TRUE(host.said({"version 3", "reads version 2"}));
   EXPECT_EQ(host.restore(with_word(3, 42)), fmi2Error);
   EXPECT_TRUE(host.said({"another FMU", "probe"}));
   // A checksum that somebody made fit does not make nonsense acceptable.
   EXPECT_EQ(host.restore(with_word(4, 99)), fmi2Error);
   EXPECT_TRUE(host.said({"state 99"}));
-  EXPECT_EQ(host.restore(with_word(9, ~std::uint64_t{0})), fmi2Error);
+  EXPECT_EQ(host.restore(with_word(9, 2)), fmi2Error);
+  EXPECT_TRUE(host.said({"interface 2"}));
+  EXPECT_EQ(host.restore(with_word(10, ~std::uint64_t{0})), fmi2Error);
 }
 
 TEST(Bytes, AreWrittenOnlyIntoEnoughRoom) {

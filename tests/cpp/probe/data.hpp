@@ -10,6 +10,8 @@ namespace probe {
 
 enum class Scheme { midpoint = 1, classical };
 
+inline constexpr int kMostMasses = 10;
+
 struct Data {
   // parameters
   double mass = 1.0;

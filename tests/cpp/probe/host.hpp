@@ -31,11 +31,10 @@ struct Message {
 
 class Host {
  public:
-  explicit Host(bool debug = false) {
+  explicit Host(bool debug = false, fmi2Type type = fmi2CoSimulation) {
     callbacks.logger = take;
     callbacks.componentEnvironment = this;
-    fmu = fmi2Instantiate("probe", fmi2CoSimulation, fmu::Blueprint::get().guid.c_str(), nullptr, &callbacks, fmi2False,
-                          debug);
+    fmu = fmi2Instantiate("probe", type, fmu::Blueprint::get().guid.c_str(), nullptr, &callbacks, fmi2False, debug);
     EXPECT_NE(fmu, nullptr);
   }
   Host(const Host&) = delete;

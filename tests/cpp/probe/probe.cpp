@@ -55,8 +55,30 @@ class Chain : public fmu::Model {
     data_.builds = builds_;
   }
 
+  std::string without_states() const override {
+    return data_.scheme == Scheme::classical ? "" : "scheme = midpoint is one of steps only; choose classical";
+  }
+  void get_states(std::span<double> x) override {
+    for (std::size_t i = 0; i < memory_.size(); ++i) x[place(i)] = memory_[i];
+  }
+  void set_states(std::span<const double> x) override {
+    for (std::size_t i = 0; i < memory_.size(); ++i) memory_[i] = x[place(i)];
+  }
+  std::string rates(double, std::span<double> dx) override {
+    if (data_.force[0] > data_.breaking_force) return "the chain is broken";
+    const State dy = rate(memory_, 0.0);
+    for (std::size_t i = 0; i < dy.size(); ++i) dx[place(i)] = dy[i];
+    return "";
+  }
+
  private:
   using State = std::vector<double>;
+
+  /// Where the i-th number of the memory stands among the states: positions, then velocities.
+  std::size_t place(std::size_t i) const {
+    const std::size_t n = data_.masses;
+    return i < n ? i : kMostMasses + i - n;
+  }
 
   State moved(const State& rate, double ds) const {
     State result = memory_;
@@ -98,7 +120,7 @@ std::vector<Variable> variables() {
   table.parameter("mass", d.mass, "kg", "Mass of each body, 0.1 < m").range(0.1, 10.0);
   table.parameter("stiffness", d.stiffness, "N/m", "Stiffness of each spring").range(0.0, 1e6).nominal(10.0);
   table.parameter("damping", d.damping, "N.s/m", "Damping of each body").range(0.0, 1e3);
-  table.parameter("masses", d.masses, "", "Number of bodies").range(1, 50);
+  table.parameter("masses", d.masses, "", "Number of bodies").range(1, probe::kMostMasses);
   table.parameter("is_clamped", d.is_clamped, "", "Starts at zero whatever the bias");
   table.parameter("scheme", d.scheme, "", "Integrator").choices({"midpoint", "classical"});
   table.parameter("tolerance", d.tolerance, "1", "Relative tolerance").range(1e-12, 1e-2).tunable();
@@ -106,10 +128,14 @@ std::vector<Variable> variables() {
   table.parameter("breaking_force", d.breaking_force, "N", "A larger force is an error").range(0.0, 1e6).tunable();
   table.input("force", d.force, "N", "Force on the last body").range(-1e5, 1e5);
   table.input("bias", d.bias, "m", "Added to the reading at once, and the start position");
-  table.output("x", d.x, d.v, "m", "Displacement of the last body");
-  table.output("v", d.v, "m/s", "Velocity of the last body");
-  table.output("reading", d.reading, "m", "x + bias").depends({"bias"});
+  table.output("x", d.x, d.v, "m", "Displacement of the last body").depends({"position"});
+  table.output("v", d.v, "m/s", "Velocity of the last body").depends({"velocity"});
+  table.output("reading", d.reading, "m", "x + bias").depends({"bias", "position"});
   table.output("builds", d.builds, "", "How often build() ran");
+  for (std::size_t i = 0; i < probe::kMostMasses; ++i)
+    table.state(indexed("position", i), "m", "m/s", "Displacement of a body").depends({indexed("velocity", i)});
+  for (std::size_t i = 0; i < probe::kMostMasses; ++i)
+    table.state(indexed("velocity", i), "m/s", "m/s2", "Velocity of a body").depends({"position", "velocity", "force"});
   return std::move(table).rows();
 }
 
