@@ -62,8 +62,8 @@ class Coupling:
     max_sweeps: int = _setting(30, least=2, most=1000)
     halvings: int = _setting(6, least=0, most=30)  # of the macro step, when it fails
     reach: float = _setting(10.0, least=1e-3)  # how far a guess may go from the start of a step, in nominals
-    control: str = _setting("fixed", choices=("fixed", "doubling"))
-    step_tolerance: float = _setting(1e-4, least=1e-13, most=1.0)  # of the local error under doubling
+    control: str = _setting("fixed", choices=("fixed", "doubling", "embedded"))
+    step_tolerance: float = _setting(1e-4, least=1e-13, most=1.0)  # where the control adapts the step
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from .master import Master, Settings, StepLog
 from .network import assemble
 from .scene import Coupling, Member, Scene
 from .slave import Slave
-from .stepping import Control, Doubling, Fixed
+from .stepping import Control, Doubling, Embedded, Fixed
 
 __all__ = ["Prepared", "prepared", "run"]
 
@@ -101,4 +101,5 @@ def _control(coupling: Coupling) -> Control:
     h = coupling.macro_step
     if coupling.control == "fixed":
         return Fixed(h)
-    return Doubling(h, coupling.step_tolerance, least=h * 0.5**coupling.halvings, most=h * 100.0)
+    kind = {"doubling": Doubling, "embedded": Embedded}[coupling.control]
+    return kind(h, coupling.step_tolerance, least=h * 0.5**coupling.halvings, most=h * 100.0)

@@ -11,7 +11,7 @@ from analytic import couple, dahlquist, linear, wires
 from orchestration import CouplingError, SubsystemError
 from orchestration.linear import Linear
 from orchestration.signals import Ramps, Sine, Steps
-from orchestration.stepping import Doubling
+from orchestration.stepping import Doubling, Embedded
 from orchestration.wiring import loops
 
 
@@ -125,6 +125,24 @@ def test_doubling_releases_its_handles_and_keeps_to_its_tolerance() -> None:
         assert log[-1].time == 2.0
         assert max(entry.step for entry in log) > 2.0 * min(entry.step for entry in log)
     assert errors[1] < 0.1 * errors[0] < 1e-3
+
+
+@pytest.mark.parametrize(
+    ("waveform", "coarse"), [("held", 1e-1), ("linear", 1e-3), ("quadratic", 1e-4), ("hermite", 1e-4)]
+)
+def test_embedded_control_follows_its_tolerance(waveform: str, coarse: float) -> None:
+    errors, counts = [], []
+    for tolerance in (coarse, 0.1 * coarse):
+        systems = [Wrapped(system) for system in dahlquist()[0]]
+        control = Embedded(0.01, tolerance, least=1e-6, most=1.0)
+        _, log = couple(systems, dahlquist()[1], 2.0, control=control, waveform=waveform, tolerance=1e-10)
+        errors.append(abs(systems[0].values()[0] - math.exp(-10.0)))
+        counts.append(len(log))
+        assert len(systems[0].handles) == 1
+        assert log[-1].time == 2.0
+        assert max(entry.step for entry in log) > 2.0 * min(entry.step for entry in log[1:-1])
+    assert errors[1] < 0.3 * errors[0] < 1e-2
+    assert counts[0] < counts[1] < 2000
 
 
 @pytest.mark.parametrize("partial", [False, True], ids=["refusing", "discarding"])

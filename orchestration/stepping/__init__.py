@@ -5,7 +5,8 @@ halves and retries."""
 from __future__ import annotations
 
 from .doubling import Doubling
+from .embedded import Embedded
 from .fixed import Fixed
 from .taken import Control, Taken
 
-__all__ = ["Control", "Doubling", "Fixed", "Taken"]
+__all__ = ["Control", "Doubling", "Embedded", "Fixed", "Taken"]
