@@ -23,6 +23,7 @@ using SparseMatrix = Eigen::SparseMatrix<double>;
 
 constexpr Index kN = static_cast<Index>(kTcas);
 constexpr double kLocalShare = 0.2;  // of the tolerance, for the error of one internal step
+constexpr long kMostSteps = 100000;  // internal steps in one call
 constexpr double kUnitRise = 1.0;    // rises below this are held to absolute accuracy [K]
 
 Eigen::Map<VectorXd> view(N_Vector v) { return {N_VGetArrayPointer(v), static_cast<Index>(N_VGetLength(v))}; }
@@ -84,7 +85,7 @@ struct FullLevel::Integrator {
     ARKStepSVtolerances(arkode, 1e-6, (N_VConst(1e-6, absolute), absolute));
     ARKStepSetLinearSolver(arkode, solver, nullptr);
     ARKStepSetTableName(arkode, "ARKODE_ESDIRK436L2SA_6_3_4", "ARKODE_ERK_NONE");
-    ARKStepSetMaxNumSteps(arkode, -1);
+    ARKStepSetMaxNumSteps(arkode, kMostSteps);
     ARKStepSetDeduceImplicitRhs(arkode, 1);
     if (!circuit.has_feedback()) ARKStepSetLinear(arkode, 0);
   }
@@ -160,10 +161,10 @@ struct FullLevel::Integrator {
   }
 
   [[noreturn]] void fail(int flag, double reached) {
-    // Where a resistance is not positive at the point reached, say so.
+    // Where the powers are at fault at the point reached, they say so themselves.
     for (Index i = 0; i < kN; ++i) {
       const double rise = load.col(i).dot(view(x));
-      circuit.power(i, 1.0, rise, taylor(drive->delta[i], reached));
+      circuit.power(i, taylor(drive->V[i], reached), rise, taylor(drive->delta[i], reached));
     }
     char* name = ARKStepGetReturnFlagName(flag);
     const std::string text = "SUNDIALS ARKODE stopped " + std::to_string(reached) + " s into the step: " + name +

@@ -87,14 +87,13 @@ void outputs(Table<Data>& table, const Data& data) {
     table.output(indexed("P", i), data.P[i], "W", "Electrical power into the TCA")
         .depends({indexed("V", i), indexed("delta", i), "mode"});
   }
-  table.output("Q_loss", data.Q_loss, "W", "Heat flow from the surface to the surroundings").depends({"T_ambient", "mode"});
+  table.output("Q_loss", data.Q_loss, "W", "Heat flow from the surface to the surroundings")
+      .depends({"T_ambient", "mode"});
   table.output("E_stored", data.E_stored, "J", "Heat stored since the uniform temperature T_0").depends({"mode"});
   table.output("T_max", data.T_max, "K", "Highest temperature in the TCAs and on the surface")
       .nominal(300.0)
       .depends({"mode"});
-  table.output("T_surface", data.T_surface, "K", "Mean temperature of the surface")
-      .nominal(300.0)
-      .depends({"mode"});
+  table.output("T_surface", data.T_surface, "K", "Mean temperature of the surface").nominal(300.0).depends({"mode"});
   table.output("reduction.bound", data.reduction_bound, "K",
                "No T[i] has been further than this from the same mesh unreduced (given the powers P so far)");
   table.output("reduction.states", data.reduction_states, "", "Number of states of the chosen level").nominal(10.0);
