@@ -12,6 +12,7 @@ import numpy as np
 from .errors import SubsystemError
 from .exchange import METHODS, Exchange, Sample
 from .failure import StepError
+from .iteration import METHODS as ITERATIONS
 from .iteration import Method, Outcome, Trace, solve
 from .network import Circuit, Link, Node
 
@@ -53,7 +54,8 @@ def couple(
     """The loop's nodes are at `time`; restore sets them back there. Raises StepError with the residuals and gain
     found."""
     x = _predict(circuit, time, length, settings)
-    if settings.method is None:
+    method = settings.method or _starter(circuit, settings.waveform)
+    if method is None:
         _tear(circuit, time, settings.waveform, {})
         residual = (_sweep(circuit, time, length, settings) - x) / circuit.scale
         norm = math.sqrt(residual @ residual)
@@ -76,7 +78,7 @@ def couple(
 
     cause, reached = "the iteration does not converge", None
     try:
-        outcome = solve(around, x, circuit.scale, settings.method, trace, settings.tolerance, settings.max_sweeps)
+        outcome = solve(around, x, circuit.scale, method, trace, settings.tolerance, settings.max_sweeps)
         if outcome.converged:
             return outcome
     except StepError as failure:
@@ -87,6 +89,13 @@ def couple(
     if len(residuals) > 1 and residuals[-1] > residuals[0]:
         cause = f"the iteration diverges ({cause})"
     raise StepError(cause, residuals, trace.secants.gain, reached)
+
+
+def _starter(circuit: Circuit, waveform: Exchange) -> Method | None:
+    """Explicit cubics need two samples. Behind a start or an event there is one, whose tangent is an order short of
+    what a first step may lose, so that step is iterated where states can be set back."""
+    short = waveform.slopes and any(len(node.samples) < 2 for node, *_ in circuit.unknowns)
+    return ITERATIONS["iqn"]() if short and all(node.subsystem.can_rollback for node in circuit.nodes) else None
 
 
 def _sweep(circuit: Circuit, time: float, length: float, settings: Settings) -> np.ndarray:
