@@ -1,0 +1,168 @@
+"""Heat in the cross-section (the paper's Eqs. 1 to 3; Eq. 3 in its right form below) by quadratic finite elements of
+scikit-fem, in time by Radau IIA.
+
+    rho c dT/dt = div(k grad T) + V_i^2/(R_i L A_tca) in annulus i,  -k dT/dn = h (T - T_inf) outside, 0 on the bores
+    R_i = R_ref,i [1 + alpha_T (T_i - T_ref)]
+
+Per metre of the body's length; temperatures in K. Symbols: M mass, K stiffness with the boundary's share, C area means
+of the annuli."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from scipy.interpolate import CubicHermiteSpline
+from skfem import Basis, BilinearForm, ElementTriP2, FacetBasis, LinearForm
+from skfem.helpers import dot, grad
+
+from .radau import NODES, LinearRadau
+from .section import Section, triangulate
+
+__all__ = ["HeatCourse", "HeatData", "heat"]
+
+_HALVINGS = 7  # of the first step after a jump
+
+
+@dataclass(frozen=True)
+class HeatData:
+    """SI units."""
+
+    section: Section
+    length: float
+    body_k: float  # W/(m.K)
+    body_rho_c: float  # J/(m3.K)
+    tca_k: float
+    tca_rho_c: float
+    transfer: float  # h, W/(m2.K)
+    resistance: tuple[float, ...]  # R_ref,i of the whole TCA [ohm]
+    alpha: float  # 1/K
+    T_ref: float
+    T_0: float
+
+
+@dataclass(frozen=True)
+class HeatCourse:
+    """What came out at the times of `times` (n,): T (n, N) [K], P (n, N) [W], stored heat since T_0 (n,) [J], loss (n,)
+    [W]; where a voltage jumps, P is the one before. unknowns: of the mesh."""
+
+    times: np.ndarray
+    T: np.ndarray
+    P: np.ndarray
+    stored: np.ndarray
+    loss: np.ndarray
+    pieces: tuple[tuple[float, CubicHermiteSpline], ...]  # end of the piece between jumps, T in it
+    unknowns: int
+
+    def temperature(self, t: float, within: float) -> np.ndarray:
+        """(N,) at t, by cubic Hermite interpolation between the steps; `within`: a time inside the piece meant."""
+        piece = next((p for end, p in self.pieces if within <= end), self.pieces[-1][1])
+        return piece(t)
+
+
+@BilinearForm
+def _conduction(u, v, w):
+    return dot(grad(u), grad(v))
+
+
+@BilinearForm
+def _product(u, v, w):
+    return u * v
+
+
+@LinearForm
+def _sum(v, w):
+    return v
+
+
+class _Matrices:
+    def __init__(self, data: HeatData, edge: float) -> None:
+        mesh = triangulate(data.section, edge)
+        tcas = [mesh.subdomains[f"tca{i}"] for i in range(len(data.section.azimuth))]
+        body = np.setdiff1d(np.arange(mesh.nelements), np.concatenate(tcas))
+        element = ElementTriP2()
+        inside = [(Basis(mesh, element, elements=part, intorder=4), data.tca_k, data.tca_rho_c) for part in tcas]
+        parts = [*inside, (Basis(mesh, element, elements=body, intorder=4), data.body_k, data.body_rho_c)]
+        surface = FacetBasis(mesh, element, facets="outer", intorder=4)
+        self.mass = sum(rho_c * _product.assemble(basis) for basis, _, rho_c in parts)
+        self.stiffness = sum(k * _conduction.assemble(basis) for basis, k, _ in parts)
+        self.stiffness = self.stiffness + data.transfer * _product.assemble(surface)
+        means = np.array([_sum.assemble(basis) for basis, _, _ in inside])
+        self.means = means / means.sum(axis=1, keepdims=True)
+        self.surface = data.transfer * _sum.assemble(surface)  # W/(m.K) per unknown
+        self.capacity = self.mass @ np.ones(self.surface.size)  # J/(m.K) per unknown
+
+
+def heat(
+    data: HeatData,
+    voltage: Callable[[float, float, float], np.ndarray],
+    ambient: Callable[[float, float, float], float],
+    pieces: Sequence[np.ndarray],
+    edge: float = 0.2e-3,
+    step: float = 0.1,
+) -> HeatCourse:
+    """voltage(t, a, b) [V] (N,) and ambient(t, a, b) [K] at time t of the step from a to b, in which they are smooth;
+    pieces: times [s] of the output, one array for each stretch between jumps, from its start to its end; edge [m] of
+    the mesh, step [s] the longest in time."""
+    m = _Matrices(data, edge)
+    integrate = LinearRadau(m.mass, m.stiffness)
+    R, T = np.array(data.resistance), np.full(m.surface.size, data.T_0)
+    first = _power(voltage(pieces[0][0], *pieces[0][:2]), R, data, m.means @ T)
+    rows, splines = [_row(pieces[0][0], T, first, ambient(pieces[0][0], *pieces[0][:2]), m, data)], []
+    for marks in pieces:
+        knots, values, slopes = [marks[0]], [m.means @ T], [None]
+        for a, b in _steps(marks, step):
+            T, slope, power = _advance(T, a, b, voltage, ambient, R, m, integrate, data)
+            knots.append(b)
+            values.append(m.means @ T)
+            slopes.append(slope[-1])
+            if slopes[0] is None:
+                slopes[0] = _extrapolated(slope, b - a)
+            if b in marks:
+                rows.append(_row(b, T, power, ambient(b, a, b), m, data))
+        splines.append((marks[-1], CubicHermiteSpline(knots, np.array(values), np.array(slopes))))
+    columns = [np.array(column) for column in zip(*rows, strict=True)]
+    return HeatCourse(*columns, pieces=tuple(splines), unknowns=T.size)
+
+
+def _advance(T, a, b, voltage, ambient, R, m: _Matrices, integrate: LinearRadau, data: HeatData):
+    """T at b, slopes of the means at the three stages, powers at b. The resistances follow the stages' own
+    temperatures."""
+    times = a + NODES * (b - a)
+    volts = np.array([voltage(t, a, b) for t in times])
+    outside = np.array([ambient(t, a, b) for t in times])
+    means = np.tile(m.means @ T, (3, 1))
+    while True:
+        power = _power(volts, R, data, means)
+        load = power / data.length @ m.means + outside[:, None] * m.surface
+        stages, slopes = integrate.step(T, b - a, load)
+        means = stages @ m.means.T
+        if np.abs(_power(volts, R, data, means) - power).max() <= 1e-12 * np.abs(power).max():
+            return stages[-1], slopes @ m.means.T, power[-1]
+
+
+def _power(volts: np.ndarray, R: np.ndarray, data: HeatData, means: np.ndarray) -> np.ndarray:
+    return volts**2 / (R * (1.0 + data.alpha * (means - data.T_ref)))
+
+
+def _row(t: float, T: np.ndarray, power: np.ndarray, outside: float, m: _Matrices, data: HeatData):
+    stored = data.length * float(m.capacity @ (T - data.T_0))
+    return t, m.means @ T, power, stored, data.length * float(m.surface @ (T - outside))
+
+
+def _extrapolated(slopes: np.ndarray, h: float) -> np.ndarray:
+    """The slope at the start of a step, from its stages: the collocation polynomial's own."""
+    return np.linalg.solve(np.vander(NODES, increasing=True), slopes)[0]
+
+
+def _steps(marks: np.ndarray, longest: float) -> list[tuple[float, float]]:
+    """Steps between the marks, none above `longest`; short ones first, since a jump begins with a thin layer."""
+    edges = [float(marks[0])]
+    for a, b in pairwise(marks):
+        count = max(1, int(np.ceil((b - a) / longest - 1e-9)))
+        edges += [*np.linspace(a, b, count + 1)[1:-1].tolist(), float(b)]
+    first = edges[1] - edges[0]
+    edges[1:1] = [edges[0] + first * 0.5**k for k in range(_HALVINGS, 0, -1)]
+    return list(pairwise(edges))

@@ -1,0 +1,122 @@
+"""What a scene asks of the reference: its parameters, and its inputs as functions of time. Numbers come from the scene
+and from the start values that the FMUs declare; nothing of the FMUs' binaries is used."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..errors import SceneError
+from ..scene import Member, Scene
+from ..signals import Constant, Signal
+from .heat import HeatData
+from .rod import RodData, WireLaw
+from .section import Section
+
+__all__ = ["Inputs", "breaks", "heat_data", "member", "rod_data"]
+
+
+@dataclass(frozen=True)
+class Inputs:
+    """Signals of a vector input."""
+
+    signals: tuple[Signal, ...]
+
+    @classmethod
+    def of(cls, owner: Member, name: str) -> Inputs:
+        elements = owner.archive.vectors.get(name, (name,))
+        return cls(tuple(owner.signals.get(e, Constant(float(owner.archive.variables[e].start))) for e in elements))
+
+    def __call__(self, t: float, a: float, b: float) -> np.ndarray:
+        """Values at t in the stretch from a to b in which nothing jumps: at its ends the limits from inside."""
+        towards = a + b - 2.0 * t  # the middle of (t, t + towards), which decides on jumps, is that of (a, b)
+        return np.array([signal.polynomial(t, towards or 1e-9 * (b - a))[0] for signal in self.signals])
+
+
+def member(scene: Scene, model: str) -> Member | None:
+    """The member whose FMU is that model."""
+    return next((m for m in scene.members if m.archive.description.modelName == model), None)
+
+
+def breaks(scene: Scene) -> np.ndarray:
+    """Times [s] inside the run at which an input jumps or bends."""
+    found = {t for m in scene.members for signal in m.signals.values() for t in signal.breaks}
+    return np.array(sorted(t for t in found if 0.0 < t < scene.stop_time))
+
+
+def heat_data(thermal: Member) -> HeatData:
+    if thermal.value("tca.beta"):
+        raise SceneError(
+            f"reference: {thermal.name}.tca.beta = {thermal.value('tca.beta')}: heat that depends on the shape is not "
+            "covered; allowed: 0"
+        )
+    v = _Values(thermal)
+    section = Section(
+        v["body.radius"], v["tca.outer_radius"], v["tca.inner_radius"], v["tca.offset"], tuple(v.all("tca.azimuth"))
+    )
+    return HeatData(
+        section=section,
+        length=v["body.length"],
+        body_k=v["body.k"],
+        body_rho_c=v["body.rho_c"],
+        tca_k=v["tca.k"],
+        tca_rho_c=v["tca.rho_c"],
+        transfer=v["h"],
+        resistance=tuple(v.all("tca.R")),
+        alpha=v["tca.alpha_T"],
+        T_ref=v["tca.T_ref"],
+        T_0=v["T_0"],
+    )
+
+
+def rod_data(rod: Member) -> RodData:
+    """Whatever strains and closure the scene chooses: all six strains, and the TCAs' law inside."""
+    if _choice(rod, "tca.pitch") == "current":
+        raise SceneError(f"reference: {rod.name}.tca.pitch = 'current' is not covered; allowed: 'frozen'")
+    v = _Values(rod)
+    radius, length, E = v["body.radius"], v["body.length"], v["body.E"]
+    area, second, G = np.pi * radius**2, np.pi * radius**4 / 4, E / (2 * (1 + v["body.nu"]))
+    shear = v["body.shear_factor"] * G * area
+    round_rod = np.array([E * second, E * second, 2 * G * second, shear, shear, E * area])
+    wire = WireLaw(
+        length=v["tca.wire_length"],
+        coiled=length,
+        diameter=v["tca.wire_diameter"],
+        coils=v["tca.coils"],
+        twists=v["tca.twists"],
+        E=v["tca.E"],
+        expansion=v["tca.rho_T"],
+    )
+    measured = _choice(rod, "tca.law") == "measured"
+    return RodData(
+        length=length,
+        stiffness=np.array(v.all("body.stiffness")) if _choice(rod, "body.profile") == "given" else round_rod,
+        rest=np.array([*v.all("body.curvature"), 0.0, 0.0, 1.0]),
+        inertia=v["body.rho"] * np.array([second, second, 2 * second, area, area, area]),
+        retardation=v["body.retardation"],
+        offset=v["tca.offset"],
+        azimuth=np.array(v.all("tca.azimuth")),
+        helix=np.array(v.all("tca.helix")),
+        tca_stiffness=v["tca.stiffness"] if measured else 1.0 / wire.f1,
+        law=v["tca.stroke"] if measured else wire,
+        chirality=int(v["tca.chirality"]),
+        T_0=v["T_0"],
+    )
+
+
+class _Values:
+    def __init__(self, owner: Member) -> None:
+        self._owner = owner
+
+    def __getitem__(self, name: str) -> float:
+        return float(self._owner.value(name))
+
+    def all(self, name: str) -> Sequence[float]:
+        return [self[element] for element in self._owner.archive.vectors[name]]
+
+
+def _choice(owner: Member, name: str) -> str:
+    """The item of an enumeration that holds."""
+    return owner.archive.variables[name].items[int(owner.value(name)) - 1]

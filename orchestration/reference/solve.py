@@ -1,0 +1,186 @@
+"""A scene, solved by other methods than the FMUs' and without a master: heat first, since the shape does not act on it,
+then the rod with its TCAs as one system."""
+
+from __future__ import annotations
+
+import json
+import platform
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from importlib.metadata import version
+from itertools import pairwise
+
+import numpy as np
+import xarray as xr
+from scipy.spatial.transform import Rotation
+
+from ..errors import SceneError
+from ..scene import Member, Scene
+from .dynamics import Mover
+from .heat import HeatCourse, heat
+from .inputs import Inputs, breaks, heat_data, member, rod_data
+from .rod import Loads, RodData
+from .statics import equilibrium
+
+__all__ = ["Resolution", "run"]
+
+_BATCH = 400  # equilibria found at once: what fits into a cache
+
+Course = Callable[[float, float, float], np.ndarray]  # (t, a, b) as Inputs
+
+
+@dataclass(frozen=True)
+class Resolution:
+    """The defaults leave 1e-3 K and 1e-7 m on the scenes that come with the package."""
+
+    edge: float = 0.04  # of the heat's mesh, share of the body's radius
+    heat_step: float = 0.1  # s
+    elements: int = 4  # of the moving rod
+    degree: int = 4
+    rtol: float = 1e-6  # of the moving rod in time
+    shooting: float = 1e-9  # rtol of an equilibrium along s
+
+    def refined(self) -> Resolution:
+        return Resolution(
+            self.edge / 1.5, self.heat_step / 2, self.elements, self.degree + 1, self.rtol / 10, self.shooting / 10
+        )
+
+
+def run(scene: Scene, resolution: Resolution | None = None, times: np.ndarray | None = None) -> xr.Dataset:
+    """A Dataset as results.collect makes it, without the coupling's log: T, P, E_stored, Q_loss; delta, N, tip.p,
+    tip.euler. times [s]: of the output, from 0; where not given, the macro steps of a fixed control. Raises SceneError
+    for what is not covered, SubsystemError where a solution is not found."""
+    resolution = resolution or Resolution()
+    thermal, rod = member(scene, "thermal"), member(scene, "rod")
+    _check(scene, thermal, rod)
+    wanted = None if times is None else np.asarray(times, dtype=float)
+    pieces = _pieces(scene, wanted)
+    marks = np.concatenate([pieces[0][:1], *(piece[1:] for piece in pieces)])
+    keep = np.arange(marks.size) if wanted is None else np.searchsorted(marks, wanted - 1e-9 * scene.stop_time)
+    dataset = xr.Dataset(coords={"time": ("time", marks[keep], {"units": "s", "long_name": "time"})})
+    course = None
+    if thermal:
+        data = heat_data(thermal)
+        ambient = Inputs.of(thermal, "T_ambient")
+        edge = resolution.edge * data.section.radius
+        warm = lambda t, a, b: float(ambient(t, a, b)[0])  # noqa: E731
+        course = heat(data, Inputs.of(thermal, "V"), warm, pieces, edge, resolution.heat_step)
+        rows = {"T": course.T, "P": course.P, "E_stored": course.stored, "Q_loss": course.loss}
+        _add(dataset, thermal, {name: values[keep] for name, values in rows.items()})
+    if rod:
+        loads = _loads(scene, rod, thermal, course)
+        solve = _moving if rod.value("dynamic") else _resting
+        rows = solve(rod_data(rod), loads, pieces, bool(rod.value("start_at_equilibrium")), resolution)
+        _add(dataset, rod, {name: values[keep] for name, values in rows.items()})
+    dataset.attrs = _about(scene, resolution)
+    return dataset
+
+
+def _check(scene: Scene, thermal: Member | None, rod: Member | None) -> None:
+    known = [m for m in (thermal, rod) if m]
+    for m in scene.members:
+        if m not in known:
+            raise SceneError(f"reference: member {m.name!r} ({m.archive.path.name}) is no thermal or rod model")
+    for c in scene.connections:
+        source, target = c.source[1].partition("[")[0], c.target[1].partition("[")[0]
+        if (source, target) not in {("T", "T"), ("delta", "delta_guess"), ("delta", "delta")}:
+            raise SceneError(f"reference: connection {c} is not covered; allowed: T to T, delta to delta_guess")
+
+
+def _pieces(scene: Scene, times: np.ndarray | None) -> list[np.ndarray]:
+    """Output times between jumps, each piece with both its ends."""
+    ends = np.array([0.0, *breaks(scene), scene.stop_time])
+    if times is None:
+        step = scene.coupling.macro_step
+        return [np.linspace(a, b, max(1, int(np.ceil((b - a) / step - 1e-9))) + 1) for a, b in pairwise(ends)]
+    slack = 1e-9 * scene.stop_time
+    if times[0] < 0.0 or times[-1] > scene.stop_time + slack or (np.diff(times) <= slack).any():
+        raise SceneError(f"reference: output times must increase from 0 to at most {scene.stop_time:g} s")
+    inside = [times[(times > a + slack) & (times < b - slack)] for a, b in pairwise(ends)]
+    return [np.array([a, *t, b]) for (a, b), t in zip(pairwise(ends), inside, strict=True)]
+
+
+def _loads(scene: Scene, rod: Member, thermal: Member | None, course: HeatCourse | None) -> Callable[..., Loads]:
+    """loads(t, a, b) at t in a stretch from a to b without jumps."""
+    own, sources = Inputs.of(rod, "T"), {c.target: c.source for c in scene.connections}
+    wired = []
+    for place, name in enumerate(rod.archive.vectors["T"]):
+        source = sources.get((rod.name, name))
+        if source and thermal:
+            wired.append((place, thermal.archive.vectors["T"].index(source[1])))
+    others = [Inputs.of(rod, name) for name in ("gravity", "tip_force", "tip_moment")]
+
+    def loads(t: float, a: float, b: float) -> Loads:
+        T = own(t, a, b)
+        if wired and course:
+            heated = course.temperature(t, 0.5 * (a + b))
+            for place, source in wired:
+                T[place] = heated[source]
+        return Loads(T, *(signals(t, a, b) for signals in others))
+
+    return loads
+
+
+def _resting(
+    data: RodData, loads: Callable[..., Loads], pieces: list[np.ndarray], _: bool, resolution: Resolution
+) -> dict[str, np.ndarray]:
+    """Equilibria; where a load jumps, the one before."""
+    asked = [loads(pieces[0][0], pieces[0][0], pieces[0][-1])]
+    asked += [loads(t, piece[0], piece[-1]) for piece in pieces for t in piece[1:]]
+    found = []
+    for k in range(0, len(asked), _BATCH):
+        columns = [vars(load).values() for load in asked[k : k + _BATCH]]
+        batch = Loads(*(np.stack(rows, axis=-1) for rows in zip(*columns, strict=True)))
+        found.append(equilibrium(data, batch, rtol=resolution.shooting))
+    R = np.concatenate([e.R[:, :, -1].transpose(2, 0, 1) for e in found])
+    return {
+        "delta": np.concatenate([e.delta.T for e in found]),
+        "N": np.concatenate([e.N.T for e in found]),
+        "tip.p": np.concatenate([e.p[:, -1].T for e in found]),
+        "tip.euler": Rotation.from_matrix(R).as_euler("XYZ"),
+    }
+
+
+def _moving(
+    data: RodData, loads: Callable[..., Loads], pieces: list[np.ndarray], at_equilibrium: bool, resolution: Resolution
+) -> dict[str, np.ndarray]:
+    mover = Mover(data, resolution.elements, resolution.degree)
+    first = loads(pieces[0][0], pieces[0][0], pieces[0][-1])
+    unloaded = Loads(np.full(len(data.azimuth), data.T_0), *np.zeros((3, 3)))
+    start = equilibrium(data, first if at_equilibrium else unloaded, mover.places(), resolution.shooting)
+    y = mover.resting(start)
+    found = [mover.snapshot(y, first)]
+    for piece in pieces:
+        during = lambda t, a=piece[0], b=piece[-1]: loads(t, a, b)  # noqa: E731
+        states = mover.run(y, piece, during, resolution.rtol)
+        found += [mover.snapshot(column, during(t)) for t, column in zip(piece[1:], states.T[1:], strict=True)]
+        y = states[:, -1]
+    return {
+        "delta": np.array([s.delta for s in found]),
+        "N": np.array([s.N for s in found]),
+        "tip.p": np.array([s.p for s in found]),
+        "tip.euler": Rotation.from_quat([s.quaternion for s in found]).as_euler("XYZ"),
+    }
+
+
+def _add(dataset: xr.Dataset, owner: Member, rows: dict[str, np.ndarray]) -> None:
+    """rows: base name of an output -> (time,) or (time, n); units and texts are those of the FMU's description."""
+    for name, values in rows.items():
+        about = owner.archive.variables[owner.archive.vectors.get(name, (name,))[0]]
+        attributes = {"units": about.unit, "long_name": about.description, "causality": about.causality}
+        dims = ("time", *(f"index{n}" for n in values.shape[1:]))
+        dataset[f"{owner.name}.{name}"] = (dims, values, attributes)
+
+
+def _about(scene: Scene, resolution: Resolution) -> dict[str, str | float]:
+    packages = {name: version(name) for name in ("numpy", "scipy", "scikit-fem")}
+    return {
+        "title": f"Reference: {scene.title}",
+        "scene": scene.name,
+        "status": "complete",
+        "stop_time_s": scene.stop_time,
+        "method": "quadratic triangles and Radau IIA; shooting, or mixed elements and Radau or DOP853",
+        "resolution": json.dumps(asdict(resolution)),
+        "sources": json.dumps(scene.sources),
+        "versions": json.dumps({**packages, "python": platform.python_version()}),
+    }
