@@ -1,0 +1,239 @@
+"""The independent solution against tables of third codes and closed forms, its own conservation laws, and the
+co-simulation against it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import orchestration as tca
+from orchestration import reference, results
+from orchestration.reference.dynamics import Mover
+from orchestration.reference.heat import HeatData, heat
+from orchestration.reference.radau import NODES, LinearRadau
+from orchestration.reference.rod import Loads, RodData, WireLaw
+from orchestration.reference.section import Section, triangulate
+from orchestration.reference.statics import equilibrium
+
+DATA = Path(__file__).parent / "data"
+COLD = 298.15  # K
+SECTION = Section(5e-3, 0.85e-3, 0.2e-3, 2.5e-3, (0.0, 2 * np.pi / 3, 4 * np.pi / 3))
+
+
+def table(name: str) -> np.ndarray:
+    lines = [line for line in (DATA / name).read_text().splitlines() if not line.startswith("#")]
+    return np.genfromtxt(lines, delimiter=",", names=True, dtype=None, encoding=None)
+
+
+def heat_data(alpha: float = 0.0) -> HeatData:
+    return HeatData(SECTION, 0.04, 0.19, 0.669e6, 0.19, 0.969e6, 20.0, (6.9,) * 3, alpha, COLD, COLD)
+
+
+def rod_data(rho: float = 1040.0, shear: float = 1.0, retardation: float = 0.0, bare: bool = False) -> RodData:
+    E, radius, length = 37.8e3, 5e-3, 0.04
+    area, second = np.pi * radius**2, np.pi * radius**4 / 4
+    K = E * np.array([second, second, 2 * second / 3, shear * area / 3, shear * area / 3, area])
+    gamma = rho * np.array([second, second, 2 * second, area, area, area])
+    law = WireLaw(0.13, length, 0.65e-3, 37.5, 100.0, 560e6, 6.5e-4)
+    k = 0.0 if bare else 1.0 / law.f1
+    rest = np.array([0, 0, 0, 0, 0, 1.0])
+    return RodData(length, K, rest, gamma, retardation, 2.5e-3, np.array(SECTION.azimuth), np.zeros(3), k, law, 1, COLD)
+
+
+def loads(T: object = COLD, gravity: object = 0.0, force: object = 0.0, moment: object = 0.0) -> Loads:
+    return Loads(*(np.broadcast_to(np.asarray(x, dtype=float), (3,)).copy() for x in (T, gravity, force, moment)))
+
+
+def constant_voltage(volts: list[float], marks: np.ndarray, alpha: float = 0.0, **settings: float):
+    steady = np.array(volts)
+    return heat(heat_data(alpha), lambda t, a, b: steady, lambda t, a, b: COLD, [marks], **settings)
+
+
+def test_mesh_has_the_areas_and_the_surface_of_the_section() -> None:
+    from skfem import Basis, ElementTriP2, FacetBasis, Functional
+
+    @Functional
+    def one(w):
+        return 1.0 + 0.0 * w.x[0]
+
+    for edge, tolerance in ((0.3e-3, 1e-4), (0.15e-3, 1e-5)):
+        mesh = triangulate(SECTION, edge)
+        for i in range(3):
+            tca_area = one.assemble(Basis(mesh, ElementTriP2(), elements=f"tca{i}"))
+            assert tca_area == pytest.approx(SECTION.tca_area, rel=tolerance)
+        whole = one.assemble(Basis(mesh, ElementTriP2()))
+        assert whole == pytest.approx(np.pi * (25e-6 - 3 * 0.04e-6), rel=tolerance)
+        surface = one.assemble(FacetBasis(mesh, ElementTriP2(), facets="outer"))
+        assert surface == pytest.approx(np.pi * 1e-2, rel=tolerance)
+    with pytest.raises(ValueError, match="overlap"):
+        triangulate(Section(5e-3, 2.3e-3, 0.2e-3, 2.5e-3, SECTION.azimuth), 0.3e-3)
+
+
+def test_time_integrator_is_of_fifth_order() -> None:
+    from scipy.sparse import csc_matrix
+
+    mass, stiffness = csc_matrix([[2.0, 0.5], [0.5, 1.0]]), csc_matrix([[3.0, -1.0], [-1.0, 2.0]])
+    # The load makes u = (cos t, sin 2t) the solution.
+    load = lambda t: mass @ np.array([-np.sin(t), 2 * np.cos(2 * t)]) + stiffness @ np.array([np.cos(t), np.sin(2 * t)])  # noqa: E731
+    errors = []
+    for count in (8, 16):
+        h, u, integrate = 2.0 / count, np.array([1.0, 0.0]), LinearRadau(mass, stiffness)
+        for k in range(count):
+            u = integrate.step(u, h, np.array([load((k + c) * h) for c in NODES]))[0][-1]
+        errors.append(np.abs(u - [np.cos(2.0), np.sin(4.0)]).max())
+    assert np.log2(errors[0] / errors[1]) == pytest.approx(5.0, abs=0.3)
+
+
+def test_heat_meets_an_independent_code() -> None:
+    expected = table("thermal_step.csv")
+    marks = np.array([0.0, *expected["t_s"]])
+    wanted = np.column_stack([expected[f"T{i}"] for i in (1, 2, 3)]) + 273.15
+    for edge, tolerance in ((0.2e-3, 2e-3), (0.14e-3, 5e-4)):
+        found = constant_voltage([0.0, 1.5, 3.0], marks, edge=edge, step=0.5)
+        assert np.abs(found.T[1:] - wanted).max() < tolerance
+
+
+def test_heat_is_conserved_and_settles_where_power_equals_loss() -> None:
+    times = np.linspace(0.0, 20.0, 201)
+    found = constant_voltage([3.0, 1.0, 0.0], times, edge=0.3e-3)
+    given, gone = np.trapezoid(found.P.sum(axis=1), times), np.trapezoid(found.loss, times)
+    assert given - gone == pytest.approx(found.stored[-1], rel=1e-6)
+    late = constant_voltage([1.0] * 3, np.array([0.0, 2e4]), edge=0.3e-3, step=1e3)
+    assert late.loss[-1] == pytest.approx(late.P[-1].sum(), rel=1e-9)
+
+
+def test_resistance_follows_temperature() -> None:
+    found = constant_voltage([0.0, 0.0, 3.0], np.array([0.0, 10.0]), alpha=4e-3, edge=0.3e-3, step=0.5)
+    assert found.P[-1, 2] == pytest.approx(9.0 / (6.9 * (1 + 4e-3 * (found.T[-1, 2] - COLD))), rel=1e-9)
+    assert found.P[-1, 2] < 0.95 * found.P[0, 2]
+
+
+def test_equilibria_meet_an_independent_code() -> None:
+    rows = table("rod_static.csv")
+    pick = lambda *names: np.array([rows[n] for n in names], dtype=float)  # noqa: E731
+    zero = np.zeros((3, len(rows)))
+    asked = Loads(pick("T1", "T2", "T3") + 273.15, pick("g1", "g2", "g3"), zero, zero)
+    found = equilibrium(rod_data(), asked)
+    assert np.abs(found.p[:, -1] - pick("x", "y", "z")).max() < 2e-7
+    angles = Rotation.from_matrix(found.R[:, :, -1].transpose(2, 0, 1)).as_euler("XYZ").T
+    assert np.abs(angles - pick("alpha", "beta", "gamma")).max() < 1e-6
+    assert np.abs(found.delta - pick("delta1", "delta2", "delta3")).max() < 1e-8
+
+
+def test_small_strains_are_those_of_the_closed_form() -> None:
+    """Stretch e = k sum c/(EA + 3 k L), curvature k r |sum c_i e_i|/(EI + 1.5 k L r^2), c the free strokes."""
+    data, rise = rod_data(), np.array([1e-3, 0.0, 0.0])
+    found = equilibrium(data, loads(T=COLD + rise), np.array([0.01, 0.04]))
+    stroke, k = data.stroke(COLD + rise)[0], data.tca_stiffness
+    stretch = k * stroke / (2.96881 + 3 * k * 0.04)
+    curvature = k * 2.5e-3 * stroke / (1.85550e-5 + 1.5 * k * 0.04 * 2.5e-3**2)
+    assert found.xi[5, :, 0] - 1.0 == pytest.approx([stretch] * 2, rel=1e-4)
+    assert np.linalg.norm(found.xi[:3, :, 0], axis=0) == pytest.approx([curvature] * 2, rel=1e-4)
+    assert found.p[0, -1, 0] < 0.0  # a hot TCA at +x pushes the tip to -x
+
+
+def test_tip_couple_rolls_the_rod_up() -> None:
+    """M = 2 pi EI/L about y closes the bare rod to a circle: the tip returns to the clamp."""
+    data = rod_data(bare=True)
+    found = equilibrium(data, loads(moment=[0.0, 2 * np.pi * data.stiffness[1] / data.length, 0.0]))
+    assert np.abs(found.p[:, -1, 0]).max() < 1e-9
+
+
+def test_no_equilibrium_is_an_error_that_says_so() -> None:
+    with pytest.raises(tca.SubsystemError, match="no equilibrium found"):
+        equilibrium(rod_data(), loads(T=np.nan))
+
+
+@pytest.mark.parametrize("damped", [True, False])
+def test_release_meets_an_independent_code(damped: bool) -> None:
+    """And without damping keeps its energy."""
+    mover = Mover(rod_data(1070.0, 27 / 28, 5e-3 if damped else 0.0, bare=True))
+    falling, expected = loads(gravity=[9.81, 0.0, 0.0]), table("rod_release.csv")
+    start = mover.resting(equilibrium(mover.data, loads(), mover.places()))
+    states = mover.run(start, np.array([0.0, 0.05, 0.1]), lambda t: falling, 1e-6)
+    seen = [mover.snapshot(y, falling) for y in states.T]
+    ending = "damped" if damped else "undamped"
+    for shot, axis, across in zip(seen[1:], expected[f"axis_{ending}"], expected[f"defl_{ending}"], strict=False):
+        assert 1e3 * shot.p == pytest.approx([across, 0.0, axis], abs=1e-4)  # the table's digits, in mm
+    total = np.array([sum(shot.energy.values()) for shot in seen])
+    if damped:
+        assert (np.diff(total) < 0.0).all()
+    else:
+        assert np.ptp(total) < 1e-6 * seen[1].energy["kinetic"]
+
+
+def test_discrete_rod_converges_at_second_order_to_the_same_release() -> None:
+    """Degree 1 is a staggered grid; its extrapolation meets the table too."""
+    falling, tips = loads(gravity=[9.81, 0.0, 0.0]), []
+    for count in (6, 12, 24):
+        mover = Mover(rod_data(1070.0, 27 / 28, 5e-3, bare=True), count, 1)
+        start = mover.resting(equilibrium(mover.data, loads(), mover.places()))
+        tips.append(mover.snapshot(mover.run(start, np.array([0.0, 0.05]), lambda t: falling, 1e-6)[:, -1], falling).p)
+    coarse, middle, fine = tips
+    assert np.linalg.norm(coarse - middle) / np.linalg.norm(middle - fine) == pytest.approx(4.0, abs=0.4)
+    row = table("rod_release.csv")[0]
+    wanted = 1e-3 * np.array([row["defl_damped"], 0.0, row["axis_damped"]])
+    assert np.abs((4 * fine - middle) / 3 - wanted).max() < 1e-6
+
+
+def test_the_moving_rod_stays_in_the_equilibrium_of_the_shooting_method() -> None:
+    """TCAs hot, gravity and a wrench on the tip: all loads of the two methods at once."""
+    pulled = loads([COLD + 20, COLD, COLD + 5], [3.0, 2.0, -4.0], [2e-3, 1e-3, -1e-3], [5e-6, 0.0, 2e-5])
+    mover = Mover(rod_data(retardation=5e-3))
+    rest = equilibrium(mover.data, pulled, mover.places())
+    start = mover.resting(rest)
+    last = mover.snapshot(mover.run(start, np.array([0.0, 0.1]), lambda t: pulled, 1e-6)[:, -1], pulled)
+    assert last.p == pytest.approx(rest.p[:, -1, 0], abs=1e-7)
+    assert last.delta == pytest.approx(rest.delta[:, 0], abs=1e-8)
+    assert Rotation.from_quat(last.quaternion).as_matrix() == pytest.approx(rest.R[:, :, -1, 0], abs=1e-5)
+
+
+BOUNDS = {"thermal.T": 5e-3, "rod.tip.p": 1e-4 * 0.04, "rod.delta": 1e-6, "rod.tip.euler": 1e-3}
+
+
+@pytest.mark.parametrize(
+    "overrides",
+    [
+        ["stop_time=2 s"],
+        ["stop_time=1 s", "thermal.V[2]={steps=[[0, 3.0], [0.55, 0.0]]}", "rod.gravity=[6.0, 0.0, -9.81]"],
+        [
+            "stop_time=0.3 s",
+            "coupling.macro_step=0.01",
+            "rod.dynamic=true",
+            "rod.closure=inside",
+            "rod.body.retardation=5e-3",
+            "rod.gravity=[9.81, 0.0, 0.0]",
+        ],
+    ],
+    ids=["step", "switched under gravity", "falling"],
+)
+def test_cosimulation_meets_the_reference(overrides: list[str]) -> None:
+    scene = tca.read("step", overrides)
+    found = {gap.name: gap for gap in reference.compare(tca.run(scene), reference.run(scene))}
+    assert set(BOUNDS) | {"rod.N", "thermal.P", "thermal.E_stored", "thermal.Q_loss"} <= set(found)
+    for name, bound in BOUNDS.items():
+        assert found[name].most < min(bound, 0.02 * found[name].span), found[name]
+
+
+def test_output_times_can_be_chosen_and_the_result_is_written(tmp_path: Path) -> None:
+    scene = tca.read("step", ["stop_time=0.5 s", "thermal.V[2]={steps=[[0, 3.0], [0.25, 0.0]]}"])
+    solved = reference.run(scene, times=np.array([0.0, 0.11, 0.4]))
+    everywhere = reference.run(scene)
+    assert solved["time"].values == pytest.approx([0.0, 0.11, 0.4])
+    gap = next(g for g in reference.compare(everywhere, solved) if g.name == "thermal.T")
+    assert gap.most < 1e-5  # steps in time differ
+    results.write(solved, tmp_path / "there.nc")
+    assert results.read(tmp_path / "there.nc").attrs["scene"] == "step"
+    with pytest.raises(tca.SceneError, match="increase"):
+        reference.run(scene, times=np.array([0.0, 0.9]))
+    with pytest.raises(ValueError, match="nothing to compare"):
+        reference.compare(everywhere.drop_vars(list(everywhere.data_vars)), solved)
+
+
+@pytest.mark.parametrize("override", ["thermal.tca.beta=0.5", "rod.tca.pitch=current"])
+def test_what_is_not_covered_is_refused(override: str) -> None:
+    with pytest.raises(tca.SceneError, match="not covered; allowed"):
+        reference.run(tca.read("step", [override]))
