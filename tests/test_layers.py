@@ -23,7 +23,6 @@ ORDER = (
     ("results",),
     ("simulate",),
     ("timing",),
-    ("reference",),
     ("reference", "paper"),
     ("peers",),
     ("cli",),
