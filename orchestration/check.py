@@ -29,6 +29,7 @@ class Layer:
     origin: str
     text: str
     raw: Mapping[str, Any]
+    numbered: bool = True  # whether the text has lines to name
 
     def refuse(self, key: str, value: Any, problem: str) -> NoReturn:
         shown = "" if value is None else f" = {value!r}"
@@ -36,6 +37,8 @@ class Layer:
 
     def _line(self, key: str) -> str:
         """':n' where the key (table.name[i]) is written, as far as a plain look at the lines tells."""
+        if not self.numbered:
+            return ""
         table, _, name = key.partition(".")
         name = re.split(r"\[\d", name)[0] if name else table
         inside = not key.partition(".")[2]

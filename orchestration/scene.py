@@ -177,11 +177,13 @@ def _override(overrides: Sequence[str]) -> Layer:
         except tomllib.TOMLDecodeError:
             parsed = value
         table, dot, name = key.partition(".")
+        if not isinstance(raw.get(table, {}), dict if dot else object):
+            raise SceneError(f"--set {text!r}: {table} is set as a whole as well; keep one of the two")
         if dot:
             raw.setdefault(table, {})[name] = parsed
         else:
             raw[table] = parsed
-    return Layer("--set", "", raw)
+    return Layer("--set", "\n".join(overrides), raw, numbered=False)
 
 
 def _merge_top(layers: Sequence[Layer]) -> dict[str, tuple[Any, Layer]]:
@@ -189,9 +191,13 @@ def _merge_top(layers: Sequence[Layer]) -> dict[str, tuple[Any, Layer]]:
 
 
 def _members(top: Mapping[str, tuple[Any, Layer]], layers: Sequence[Layer], folder: Path) -> tuple[Member, ...]:
-    files, where = top.get("fmus", (_FMUS, layers[-1]))
-    if not isinstance(files, Mapping) or not files:
-        where.refuse("fmus", files, "wants a table of name = 'file.fmu'")
+    given = [layer.raw["fmus"] for layer in layers if "fmus" in layer.raw]
+    where = top["fmus"][1] if given else layers[-1]
+    for table in given:
+        if not isinstance(table, Mapping) or not table:
+            where.refuse("fmus", table, "wants a table of name = 'file.fmu'")
+    in_file = [layer for layer in layers if "fmus" in layer.raw and layer.numbered]
+    files = {name: file for table in [*([] if in_file else [_FMUS]), *given] for name, file in table.items()}
     for name, file in files.items():
         if not isinstance(file, str):
             where.refuse(f"fmus.{name}", file, "wrong type; give a file name such as 'rod.fmu'")

@@ -191,6 +191,17 @@ def test_overrides_are_checked_alike() -> None:
             tca.read("step", [text])
 
 
+def test_overrides_reach_everything(tmp_path: Path) -> None:
+    copy = tmp_path / "other.fmu"
+    copy.write_bytes(tca.read("step").member("rod").archive.path.read_bytes())
+    scene = tca.read("step", [f"fmus.rod={copy}", "thermal.V=1"])
+    assert [m.archive.path.name for m in scene.members] == ["thermal.fmu", "other.fmu"]
+    assert scene.sources[-1] == ("--set", f"fmus.rod={copy}\nthermal.V=1")
+    for twice in (["rod=3", "rod.order=2"], ["rod=3"]):
+        with pytest.raises(tca.SceneError, match="rod"):
+            tca.read("step", twice)
+
+
 def test_an_input_is_fed_once(tmp_path: Path) -> None:
     both = 'connections = ["thermal.T -> rod.T"]' + GOOD.replace("dynamic = false", "T = 300.0")
     with pytest.raises(tca.SceneError, match=r"rod\.T\[1\] is set as well"):
