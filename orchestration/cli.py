@@ -1,12 +1,12 @@
-"""The command line: tca-cosim run | timing | reference | paper | export | list | peers. An error a user can mend is one
-message and exit code 2."""
+"""The command line: tca-cosim run | timing | monolith | modes | reference | paper | export | list | peers. An error a
+user can mend is one message and exit code 2."""
 
 from __future__ import annotations
 
 import contextlib
 import shutil
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Annotated
 
@@ -18,6 +18,7 @@ from rich.table import Table
 
 from . import paper, peers, results, timing
 from .archive import find_fmu
+from .compare import compare
 from .errors import CosimError
 from .paper import figure
 from .scene import Scene, read, titles
@@ -76,12 +77,48 @@ def reference_command(
         results.write(solved, folder / f"{described.name}.reference.nc")
         out.print(f"written: {folder / described.name}.reference.nc", highlight=False)
         if other is not None:
-            table = Table("quantity", "unit", "largest difference", "at [s]", "rms difference", "its range")
-            for gap in reference.compare(other, solved):
-                table.add_row(
-                    gap.name, gap.unit, f"{gap.most:.3g}", f"{gap.time:g}", f"{gap.rms:.3g}", f"{gap.span:.3g}"
-                )
-            out.print(table)
+            _show_gaps(other, solved)
+
+
+@app.command("monolith")
+def monolith_command(
+    scene: Annotated[str, typer.Argument(help="Name of a scene (tca-cosim list) or a .toml file")],
+    override: Overrides = [],  # noqa: B006 (typer copies it)
+    folder: Folder = Path("results"),
+    tolerance: Annotated[float, typer.Option(min=1e-13, max=1e-3, help="Relative, of the integrator")] = 1e-10,
+    against: Annotated[Path | None, typer.Option(help="A result (.nc) to compare with, at its times")] = None,
+) -> None:
+    """Solves a scene's FMUs (model exchange) as one system with one tight integrator; writes NAME.monolith.nc."""
+    from . import monolith  # its solver takes long to load
+
+    with _reported():
+        described = read(scene, override)
+        other = results.read(against) if against else None
+        times = None if other is None else other["time"].to_numpy()
+        solved = _watched(described, lambda progress: monolith.run(described, tolerance, times, progress))
+        results.write(solved, folder / f"{described.name}.monolith.nc")
+        out.print(f"written: {folder / described.name}.monolith.nc", highlight=False)
+        if other is not None:
+            _show_gaps(other, solved)
+
+
+@app.command("modes")
+def modes_command(
+    scene: Annotated[str, typer.Argument(help="Name of a scene (tca-cosim list) or a .toml file")],
+    override: Overrides = [],  # noqa: B006 (typer copies it)
+    at: Annotated[float, typer.Option("--time", min=0.0, help="When to linearise [s]")] = 0.0,
+    count: Annotated[int, typer.Option(min=1, help="How many, from the lowest frequency on")] = 10,
+) -> None:
+    """Natural frequencies and damping ratios of a scene's small motions."""
+    from . import monolith
+
+    with _reported():
+        found = monolith.modes(read(scene, override), at)
+        table = Table("mode", "frequency [Hz]", "damping ratio")
+        for k, mode in enumerate(found.modes[:count], 1):
+            table.add_row(str(k), f"{mode.frequency:.6g}", f"{mode.damping:.3g}")
+        out.print(table)
+        out.print(f"{found.states} states; fastest growth {found.growing:.3g} 1/s", highlight=False)
 
 
 @app.command("paper")
@@ -167,7 +204,22 @@ def _reported() -> Iterator[None]:
         raise typer.Exit(2) from None
 
 
+def _show_gaps(a: xr.Dataset, b: xr.Dataset) -> None:
+    try:
+        gaps = compare(a, b)
+    except ValueError as error:
+        raise CosimError(str(error)) from error
+    table = Table("quantity", "unit", "largest difference", "at [s]", "rms difference", "its range")
+    for gap in gaps:
+        table.add_row(gap.name, gap.unit, f"{gap.most:.3g}", f"{gap.time:g}", f"{gap.rms:.3g}", f"{gap.span:.3g}")
+    out.print(table)
+
+
 def _run(scene: Scene) -> xr.Dataset:
+    return _watched(scene, lambda progress: run_scene(scene, progress))
+
+
+def _watched(scene: Scene, solve: Callable[[Callable[[float], None]], xr.Dataset]) -> xr.Dataset:
     columns = (
         TextColumn("{task.description}"),
         BarColumn(),
@@ -176,7 +228,7 @@ def _run(scene: Scene) -> xr.Dataset:
     )
     with Progress(*columns, console=out, transient=True) as bar:
         task = bar.add_task(scene.name, total=scene.stop_time)
-        return run_scene(scene, lambda time: bar.update(task, completed=time))
+        return solve(lambda time: bar.update(task, completed=time))
 
 
 def _summarise(scene: Scene, result: xr.Dataset) -> None:

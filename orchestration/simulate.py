@@ -18,7 +18,7 @@ from .scene import Coupling, Member, Scene
 from .slave import Slave
 from .stepping import Control, Doubling, Embedded, Fixed
 
-__all__ = ["Prepared", "prepared", "run"]
+__all__ = ["Prepared", "prepared", "recorded", "run"]
 
 
 @dataclass(frozen=True)
@@ -55,15 +55,15 @@ def run(scene: Scene, progress: Callable[[float], None] = lambda time: None) -> 
     """The result (results.collect). Raises SubsystemError and CouplingError; what had been computed by then is the
     error's `partial`, whose status says why it ended."""
     with prepared(scene) as ready:
-        recorded = {m.name: _recorded(m) for m in scene.members}
+        names = {m.name: recorded(m) for m in scene.members}
         first, logs = ready.master.observe(), []
         try:
             for log in ready.steps(progress):
                 logs.append(log)
         except CosimError as error:
-            error.partial = results.collect(scene, recorded, first, logs, f"partial: {error}")
+            error.partial = results.collect(scene, names, first, logs, f"partial: {error}")
             raise
-        return results.collect(scene, recorded, first, logs, "complete")
+        return results.collect(scene, names, first, logs, "complete")
 
 
 def _slave(scene: Scene, member: Member) -> Slave:
@@ -74,12 +74,13 @@ def _slave(scene: Scene, member: Member) -> Slave:
         member.parameters,
         inputs=[*fed, *member.signals],
         outputs=list(dict.fromkeys(c.source[1] for c in scene.connections if c.source[0] == member.name)),
-        recorded=[v.name for v in _recorded(member)],
+        recorded=[v.name for v in recorded(member)],
         stop=scene.stop_time,
     )
 
 
-def _recorded(member: Member) -> list[Variable]:
+def recorded(member: Member) -> list[Variable]:
+    """The variables of a member that a result shows: its Real inputs and outputs."""
     return [v for v in member.archive.variables.values() if v.type == "Real" and v.causality in ("input", "output")]
 
 

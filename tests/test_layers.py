@@ -11,6 +11,7 @@ FOLDER = Path(orchestration.__file__).parent
 ORDER = (
     ("errors", "units", "signals", "subsystem"),
     ("archive", "linear", "wiring"),
+    ("instance",),
     ("slave",),
     ("exchange", "iteration", "failure"),
     ("network",),
@@ -22,7 +23,8 @@ ORDER = (
     ("scene",),
     ("results",),
     ("simulate",),
-    ("timing",),
+    ("compare", "timing"),
+    ("monolith",),
     ("reference", "paper"),
     ("peers",),
     ("cli",),

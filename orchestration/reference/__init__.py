@@ -14,7 +14,7 @@ the scene's numbers, so what lies between the two is every error of either.
         print(gap.name, gap.most, gap.unit)
 """
 
-from .compare import Difference, compare
+from ..compare import Difference, compare
 from .solve import Resolution, run
 
 __all__ = ["Difference", "Resolution", "compare", "run"]

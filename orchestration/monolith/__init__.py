@@ -1,0 +1,9 @@
+"""All FMUs of a scene as one system of differential equations: every state in one vector, one tight integrator.
+
+What lies between it and the co-simulation is the error of the coupling. Linearised, it gives natural frequencies and
+damping ratios."""
+
+from .modes import Mode, Modes, modes
+from .solve import run
+
+__all__ = ["Mode", "Modes", "modes", "run"]
