@@ -1,6 +1,7 @@
 # make demo     the paper's three scenes and their figure
 # make test     C++ and Python tests, formatters, linters
 # make fmus     fmus/thermal.fmu and fmus/rod.fmu
+# make charts   docs/convergence.png: how the models converge
 # make format   formats everything
 # Each sets up what it needs: system packages (on Debian), .venv, the package with its FMUs. WERROR=ON: as CI.
 VENV := .venv
@@ -11,15 +12,20 @@ CXX_FILES := $(shell find fmus thermal_fmu rod_fmu tests -name '*.[ch]pp')
 SOURCES := $(CXX_FILES) $(shell find fmus thermal_fmu rod_fmu tests orchestration -name CMakeLists.txt \
 	-o -name '*.cmake' -o -name '*.map' -o -path 'orchestration/*' -type f ! -name '*.pyc') CMakeLists.txt pyproject.toml
 
-.PHONY: fmus demo test format
+.PHONY: fmus demo test charts compiled format
 fmus: $(VENV)/installed
 
 demo: $(VENV)/installed
 	tca-cosim paper
 
-test: $(VENV)/installed
+compiled: $(VENV)/installed
 	cmake -S . -B $(BUILD) -DTCA_BUILD_TESTS=ON >$(BUILD)/configure.log || { cat $(BUILD)/configure.log; false; }
 	cmake --build $(BUILD)
+
+charts: compiled
+	python tests/bench/charts.py $(BUILD) docs/convergence.png
+
+test: compiled
 	ctest --test-dir $(BUILD) --output-on-failure
 	ruff check .
 	ruff format --check .

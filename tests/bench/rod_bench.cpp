@@ -1,8 +1,9 @@
-// What the rod costs: kernels and solves against the order, and the release of the bare rod against its error.
-// Times are medians of many calls; run it on an idle machine and compare ratios of one run.
+// What the rod costs and how accurate it is: bench_rod [kernels | grid | release | space | time], all by default.
+// Times are medians of many calls; run it on an idle machine and compare ratios of one run. `space` and `time` are CSV.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <cstring>
 
 #include "pade.hpp"
 #include "rod_support.hpp"
@@ -112,10 +113,70 @@ void release() {
       }
 }
 
+/// Equilibria against the order of the strains: the references of rod_static.csv, and the same at the highest order.
+void space() {
+  std::puts("# space: equilibria of rod_static.csv, largest error of tip and displacements");
+  std::puts("order,unknowns,error_to_reference_m,error_to_order_7_m");
+  const auto rows = rod_test::read_csv("rod_static.csv");
+  const auto solve = [&rows](int order, std::size_t row) {
+    Parameters p;
+    p.order = order;
+    Bench bench(p);
+    for (int c = 0; c < 3; ++c) bench.inputs.gravity[c][0] = rows[row][1 + c];
+    for (int i = 0; i < 3; ++i) bench.inputs.T[i][0] = rows[row][4 + i] + 273.15;
+    bench.settle();
+    const Outputs y = bench.look();
+    return std::array{y.tip_p[0], y.tip_p[1], y.tip_p[2], y.delta[0], y.delta[1], y.delta[2]};
+  };
+  for (int order = 0; order <= highest_order; ++order) {
+    double to_reference = 0.0, to_best = 0.0;
+    for (std::size_t row = 0; row < rows.size(); ++row) {
+      const auto found = solve(order, row), best = solve(highest_order, row);
+      for (int c = 0; c < 6; ++c) {
+        to_reference = std::max(to_reference, std::abs(found[c] - rows[row][(c < 3 ? 7 : 10) + c]));
+        to_best = std::max(to_best, std::abs(found[c] - best[c]));
+      }
+    }
+    std::printf("%d,%d,%.3e,%.3e\n", order, 6 * (order + 1), to_reference, to_best);
+  }
+}
+
+/// The damped release to 0.1 s against the step length, at strains of order 3, whose own error a fine run shares.
+void time() {
+  std::puts("# time: damped release, tip at 0.1 s against a run at tolerance 1e-11");
+  std::puts("method,step_s,error_m");
+  Parameters p = bare_rod();
+  p.order = 3;
+  p.body_retardation = 5e-3;
+  const auto tip = [&p](auto step, int steps) {
+    Bench bench(p);
+    bench.inputs.gravity[0][0] = 9.81;
+    for (int i = 0; i < steps; ++i) step(bench, 0.1 / steps);
+    return bench.look().tip_p;
+  };
+  const auto rosenbrock = [](Bench& b, double h) { step_rosenbrock(b.rod, b.inputs, h, 1e-11, b.state, b.scratch); };
+  const Triple truth = tip(rosenbrock, 1);
+  const auto print = [&](const char* name, auto step) {
+    for (int steps : {5, 10, 20, 40, 80, 160, 320}) {
+      const Triple found = tip(step, steps);
+      std::printf("%s,%g,%.3e\n", name, 0.1 / steps, std::hypot(found[0] - truth[0], found[2] - truth[2]));
+    }
+  };
+  print("backward_euler", [](Bench& b, double h) { step_backward_euler(b.rod, b.inputs, h, b.state, b.scratch); });
+  print("midpoint", [](Bench& b, double h) { step_midpoint(b.rod, b.inputs, h, b.state, b.scratch); });
+  print("rosenbrock", [](Bench& b, double h) {
+    b.state.next_step = h;
+    step_rosenbrock(b.rod, b.inputs, h, 1e9, b.state, b.scratch);  // a tolerance that accepts the step asked for
+  });
+}
+
 }  // namespace
 
-int main() {
-  kernels();
-  grid();
-  release();
+int main(int argc, char** argv) {
+  const auto wanted = [&](const char* name) { return argc < 2 || std::strcmp(argv[1], name) == 0; };
+  if (wanted("kernels")) kernels();
+  if (wanted("grid")) grid();
+  if (wanted("release")) release();
+  if (wanted("space")) space();
+  if (wanted("time")) time();
 }
