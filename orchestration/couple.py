@@ -63,7 +63,7 @@ def couple(
             cause = f"explicit coupling is off by more than the reach of {settings.reach:g} nominals"
             raise StepError(cause, (norm,), remedy="Iterate: coupling.method = 'iqn', or take smaller macro steps")
         return Outcome(x, True, norm, (norm,))
-    fresh, start = True, _start(circuit, length, settings.waveform)
+    fresh, start = True, _gather(circuit, length, settings.waveform, lambda node: node.samples[-1])
 
     def around(x: np.ndarray) -> np.ndarray:
         nonlocal fresh
@@ -100,13 +100,19 @@ def _starter(circuit: Circuit, waveform: Exchange) -> Method | None:
 
 def _sweep(circuit: Circuit, time: float, length: float, settings: Settings) -> np.ndarray:
     """Steps every node once; returns what the unknowns became."""
-    parts = []
     for node in circuit.nodes:
         step_node(node, time, length, settings.exchange)
+    return _gather(circuit, length, settings.waveform, lambda node: node.now)
+
+
+def _gather(circuit: Circuit, length: float, waveform: Exchange, sample: Callable[[Node], Sample]) -> np.ndarray:
+    """The unknowns (n,) in the samples of their nodes: values, and slopes times length where a waveform has them."""
+    parts = []
     for node, columns, _ in circuit.unknowns:
-        parts.append(node.now.values[columns])
-        if settings.waveform.slopes:
-            parts.append(length * node.now.rates[columns])
+        values, rates = sample(node)[1:]
+        parts.append(values[columns])
+        if waveform.slopes:
+            parts.append(length * rates[columns])
     return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
 
@@ -136,16 +142,6 @@ def _ends(circuit: Circuit, x: np.ndarray, time: float, length: float, waveform:
             place += n
         ends[node] = Sample(time + length, values, rates)
     return ends
-
-
-def _start(circuit: Circuit, length: float, waveform: Exchange) -> np.ndarray:
-    """The unknowns at the start of the step."""
-    parts = []
-    for node, columns, _ in circuit.unknowns:
-        parts.append(node.samples[-1].values[columns])
-        if waveform.slopes:
-            parts.append(length * node.samples[-1].rates[columns])
-    return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
 
 def _predict(circuit: Circuit, time: float, length: float, settings: Settings) -> np.ndarray:
