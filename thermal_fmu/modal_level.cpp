@@ -85,7 +85,8 @@ void ModalLevel::carry(State& state, const Carrier& carrier, const Forcing& forc
   state.z.array() *= carrier.decay.array();
   for (int q = 0; q < kPowerTerms; ++q) {
     if ((forcing.col(q).array() == 0.0).all()) continue;
-    state.z.array() += carrier.weight.col(q).array() * (load_ * forcing.col(q)).array();
+    z_.noalias() = load_ * forcing.col(q);
+    state.z.array() += carrier.weight.col(q).array() * z_.array();
   }
   for (Index c = 0; c < kChannels; ++c) {
     std::array<double, kPowerTerms> derivatives;
@@ -173,7 +174,8 @@ bool ModalLevel::solve_powers(const State& state, const Drive& drive, double fro
     has_settled = iteration > 0 && change <= kSame * largest;
     Eigen::Map<Eigen::Matrix<double, static_cast<int>(kTcas) * kPoints, 1>> flat_rises(rises_.data());
     Eigen::Map<const Eigen::Matrix<double, static_cast<int>(kTcas) * kPoints, 1>> flat_powers(powers_.data());
-    flat_rises.noalias() = base_rises_ + c.response * flat_powers;
+    flat_rises = base_rises_;
+    flat_rises.noalias() += c.response * flat_powers;
   }
   if (!has_settled) return false;
   // Does degree 6 resolve the conductances? What its last term may do to a temperature by the end of the step.
@@ -251,7 +253,8 @@ Observation ModalLevel::observe(std::span<const double> memory, const Drive& dri
     seen.rise[i] = load_.col(i).dot(z);
     seen.power[i] = input[i];
   }
-  z_ = load_ * input - model_.rate.cwiseProduct(z);
+  z_.noalias() = load_ * input;
+  z_ -= model_.rate.cwiseProduct(z);
   for (Index i = 0; i < kN; ++i) seen.rate[i] = load_.col(i).dot(z_);
   const double surface = load_.col(kN).dot(z);
   seen.loss = surface - model_.surface_conductance * drive.ambient_rise[0];
@@ -259,7 +262,7 @@ Observation ModalLevel::observe(std::span<const double> memory, const Drive& dri
   seen.stored = model_.capacity.dot(z);
   probes_.noalias() = model_.probe * z;
   seen.max_rise = probes_.maxCoeff();
-  seen.bound = (model_.step_bound * travel).maxCoeff();
+  for (Index i = 0; i < kN; ++i) seen.bound = std::max(seen.bound, model_.step_bound.row(i).dot(travel));
   return seen;
 }
 
