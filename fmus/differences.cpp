@@ -1,4 +1,5 @@
-// Directional derivatives of any model, by central differences of order 4 at the points -2, -1, 1, 2 of an increment:
+// Directional derivatives of any model: of rates by the model itself where it offers that, of all else by central
+// differences of order 4 at the points -2, -1, 1, 2 of an increment:
 //   f' = (8 (f_1 - f_-1) - (f_2 - f_-2)) / 12 s + O(s^4 f^(5)).
 // Truncation and rounding meet at s = eps^(1/5) of the scale on which f bends, about 1e-12 of the result: as good as a
 // host's solver can use, in four evaluations and without a second program text for each model. The increment is a power
@@ -33,6 +34,22 @@ void Instance::move(const Variable& known, double change) {
   mark_changed();
 }
 
+/// The model's own derivatives of the rates; empty where it has none. Changes inputs' derivatives.
+std::vector<double> Instance::rates_along(std::span<const Reference> knowns, const double* known) {
+  std::vector<double> dx(states_.size()), ddx(states_.size());
+  constexpr auto kFirst = static_cast<std::ptrdiff_t>(sizeof(double));
+  for (const std::size_t index : blueprint_.inputs) store(data(), blueprint_.rows[index].place + kFirst, 0.0);
+  for (std::size_t i = 0; i < knowns.size(); ++i) {
+    const Variable& variable = blueprint_.rows[knowns[i]];
+    if (variable.causality == Causality::state)
+      dx[variable.place] = known[i];
+    else
+      store(data(), variable.place + kFirst, known[i]);
+  }
+  if (!model_->without_states().empty() || !model_->rates_along(progress_.time, dx, ddx)) ddx.clear();
+  return ddx;
+}
+
 void Instance::directional_derivative(std::span<const Reference> unknowns, std::span<const Reference> knowns,
                                       const double* known, double* unknown) {
   const bool is_starting = progress_.mode == Mode::initialization;
@@ -61,6 +78,16 @@ void Instance::directional_derivative(std::span<const Reference> unknowns, std::
 
   Snapshot here;
   save(here);
+  std::vector<double> exact;
+  if (!is_starting) exact = rates_along(knowns, known);
+  restore(here);
+  const auto is_exact = [&](Reference reference) {
+    return !exact.empty() && blueprint_.rows[reference].causality == Causality::derivative;
+  };
+  for (std::size_t i = 0; i < unknowns.size(); ++i)
+    if (is_exact(unknowns[i])) unknown[i] = exact[blueprint_.rows[unknowns[i]].place];
+  if (std::ranges::all_of(unknowns, is_exact)) return;
+
   std::vector<double> ahead(unknowns.size()), behind(unknowns.size());
   const auto look = [&](double distance, std::vector<double>& values) {
     for (std::size_t i = 0; i < knowns.size(); ++i) move(blueprint_.rows[knowns[i]], distance * known[i]);
@@ -71,7 +98,8 @@ void Instance::directional_derivative(std::span<const Reference> unknowns, std::
     for (const Pair& pair : kPairs) {
       look(pair.at * step, ahead);
       look(-pair.at * step, behind);
-      for (std::size_t i = 0; i < unknowns.size(); ++i) unknown[i] += pair.weight / step * (ahead[i] - behind[i]);
+      for (std::size_t i = 0; i < unknowns.size(); ++i)
+        if (!is_exact(unknowns[i])) unknown[i] += pair.weight / step * (ahead[i] - behind[i]);
     }
   } catch (...) {
     restore(here);

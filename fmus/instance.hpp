@@ -50,7 +50,7 @@ class Instance {
 
   /// The derivative of unknowns (outputs, derivatives of states) in the direction `known` of inputs and states; while
   /// the instance is initialised, of everything calculated and of inputs and parameters. `unknown` is what changes.
-  /// Central differences of order 4, see differences.cpp.
+  /// Exact for rates where the model offers it, else central differences of order 4: differences.cpp.
   void directional_derivative(std::span<const Reference> unknowns, std::span<const Reference> knowns,
                               const double* known, double* unknown);
 
@@ -100,6 +100,7 @@ class Instance {
   void invalidate();
   void refresh(Causality causality);
   void move(const Variable& known, double change);
+  std::vector<double> rates_along(std::span<const Reference> knowns, const double* known);
   std::string refresh_rates();
   void need_states(std::size_t count) const;
   void check_step(double t, double h) const;

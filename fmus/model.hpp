@@ -67,6 +67,10 @@ class Model {
   /// here, empty on success. Leaves memory() alone.
   virtual std::string rates(double /*t*/, std::span<double> /*dx*/) { return without_states(); }
 
+  /// The exact derivative of rates() in the direction dx of the states and du of the inputs, du being what their first
+  /// time derivatives in data() are set to. False: not offered here, differences will do.
+  virtual bool rates_along(double /*t*/, std::span<const double> /*dx*/, std::span<double> /*ddx*/) { return false; }
+
   /// Takes note that a host's integrator has accepted the present states.
   virtual void complete_step() {}
 

@@ -32,6 +32,11 @@ class Engine {
   virtual void set_states(std::span<double> /*memory*/, std::span<const double> /*x*/) const {}
   /// Time derivatives of the states; memory stays as it is. False: there are none that are finite.
   virtual bool rates(std::span<const double> /*memory*/, const Loads&, std::span<double> /*dx*/) { return false; }
+  /// The derivative of these in the direction dx of the states and `change` of the loads.
+  virtual bool rates_along(std::span<const double> /*memory*/, const Loads&, const Loads& /*change*/,
+                           std::span<const double> /*dx*/, std::span<double> /*ddx*/) {
+    return false;
+  }
 };
 
 /// Strains as polynomials: statics, and all methods but the paper's.

@@ -74,6 +74,10 @@ std::string RodModel::rates(double, std::span<double> dx) {
   return found ? "" : "no finite acceleration; the strains or the loads may be too large";
 }
 
+bool RodModel::rates_along(double, std::span<const double> dx, std::span<double> ddx) {
+  return engine_->rates_along(memory_, loads_at(data_.inputs, 0.0), load_rates_at(data_.inputs, 0.0), dx, ddx);
+}
+
 void RodModel::evaluate(double) { engine_->outputs(memory_, loads_at(data_.inputs, 0.0), data_.outputs); }
 
 }  // namespace rod

@@ -71,6 +71,30 @@ class StrainEngine final : public Engine {
     return true;
   }
 
+  bool rates_along(std::span<const double> memory, const Loads& loads, const Loads& change, std::span<const double> dx,
+                   std::span<double> ddx) override {
+    copy_.assign(memory.begin(), memory.end());
+    State now = state(copy_);
+    if (!accelerate(rod_, loads, now, scratch_)) return false;
+    // r(q, v, a, u) = 0 at all times: M da = -(r_q dq + r_v dv + r_u du).
+    Work& work = scratch_.newton.work;
+    rod_.residual(now.q.data(), now.v.data(), now.a.data(), loads, work, scratch_.r);
+    std::vector<double> along(copy_.size());
+    set_states(along, dx);
+    State d = state(along);
+    Matrix J;
+    rod_.tangent(work, {.q = 1.0}, J);
+    Vector dr, r = J * d.q;
+    rod_.tangent(work, {.v = 1.0}, J);
+    r += J * d.v;
+    rod_.load_derivative(work, loads, change, dr);
+    r += dr;
+    rod_.tangent(work, {.a = 1.0}, J);
+    d.a = -J.lu().solve(r);
+    show(d.v, d.a, 2.0 * rod_.damping().cwiseProduct(now.v).dot(d.v), ddx);
+    return d.a.allFinite();
+  }
+
  private:
   State state(std::span<double> memory) const { return State(memory.data(), rod_.unknowns()); }
 
