@@ -38,6 +38,7 @@ class Variable:
     most: float = math.inf
     start: float | int | bool | str | None = None
     items: tuple[str, ...] = ()  # of an enumeration; item k has the value k + 1
+    measured: bool = True  # whether the XML declares a unit; where it does not, unit is "1"
 
 
 class Archive:
@@ -50,10 +51,11 @@ class Archive:
             self.description: ModelDescription = read_model_description(str(path), validate=False)
         except Exception as error:
             raise SceneError(f"{path}: not a readable FMU ({error})") from error
-        if self.description.fmiMajorVersion != 2 or self.description.coSimulation is None:
-            raise SceneError(
-                f"{path}: FMI {self.description.fmiVersion}, or no co-simulation; export it as FMI 2.0 co-simulation"
-            )
+        version = self.description.fmiVersion
+        if self.description.fmiMajorVersion != 2:
+            raise SceneError(f"{path}: made for FMI {version}; export it for FMI 2.0, as co-simulation")
+        if self.description.coSimulation is None:
+            raise SceneError(f"{path}: made for FMI {version} without co-simulation; export it as co-simulation")
         dimensions = {unit.name: _dimension(unit.baseUnit) for unit in self.description.unitDefinitions}
         self.variables = {v.name: _variable(v, dimensions) for v in self.description.modelVariables}
         self._folder: tempfile.TemporaryDirectory[str] | None = None
@@ -130,9 +132,10 @@ def _variable(v: ModelVariable, dimensions: Mapping[str, Mapping[str, int]]) -> 
         description=v.description or "",
         unit=attribute("unit") or "1",
         dimension=dimensions.get(attribute("unit"), {}),
-        nominal=float(attribute("nominal") or 1.0),
+        nominal=abs(float(attribute("nominal") or 1.0)) or 1.0,  # some exporters write 0, which FMI does not allow
         least=float(attribute("min") or -math.inf),
         most=float(attribute("max") or math.inf),
         start=None if v.start is None else read(v.start),
         items=tuple(item.name for item in v.declaredType.items) if v.declaredType else (),
+        measured=attribute("unit") is not None,
     )

@@ -73,13 +73,17 @@ def number(layer: Layer, key: str, raw: Any, variable: Variable, difference: boo
     return value
 
 
-def scalar(layer: Layer, key: str, raw: Any, variable: Variable) -> float | int | bool:
+def scalar(layer: Layer, key: str, raw: Any, variable: Variable) -> float | int | bool | str:
     """A constant of the variable's type; an item's name becomes its index."""
     if variable.type == "Real":
         return number(layer, key, raw, variable)
     if variable.type == "Boolean":
         if not isinstance(raw, bool):
             layer.refuse(key, raw, "wrong type; allowed: true, false")
+        return raw
+    if variable.type == "String":
+        if not isinstance(raw, str):
+            layer.refuse(key, raw, "wrong type; give a text")
         return raw
     if variable.type == "Enumeration" and isinstance(raw, str):
         if raw not in variable.items:

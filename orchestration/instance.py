@@ -20,7 +20,8 @@ from .subsystem import Port
 
 __all__ = ["Group", "Instance", "Value"]
 
-Value = float | int | bool
+Value = float | int | bool | str
+_CHATTER = ("logEvents", "logSingularLinearSystems", "logNonlinearSystems", "logDynamicStateSelection")  # FMI's names
 
 
 class _Log:
@@ -92,16 +93,21 @@ class Instance:
         self._recorded = Group([variables[v] for v in recorded])
         self._log = _Log()
         self._states: set[int] = set()
+        self._overwrites = True  # whether fmi2GetFMUstate writes over the handle it is given
+        self._dead = ""  # why, after fmi2Fatal: nothing may be called any more
         self._initialising = False
-        self._fmu = kind(
-            guid=archive.guid,
-            unzipDirectory=str(archive.extract()),
-            modelIdentifier=about.modelIdentifier,
-            instanceName=name,
-        )
+        try:
+            self._fmu = kind(
+                guid=archive.guid,
+                unzipDirectory=str(archive.extract()),
+                modelIdentifier=about.modelIdentifier,
+                instanceName=name,
+            )
+        except Exception as error:  # a binary for this platform is missing, or a library that it needs
+            raise SubsystemError(f"{name}: {archive.path} cannot be loaded here: {error}") from error
         self.library = self._fmu.dll  # the C functions; a proxy in its place may watch the calls
         try:
-            self._instantiate()
+            self._instantiate([category.name for category in description.logCategories])
             self._set_parameters(variables, parameters)
         except BaseException:
             self.close()
@@ -125,16 +131,29 @@ class Instance:
 
     def save(self, into: ctypes.c_void_p | None = None) -> ctypes.c_void_p:
         state = ctypes.c_void_p() if into is None else into
+        if state.value is not None and not self._overwrites:
+            self.free(state)
+            state.value = None
+        old = state.value
+        self._live()
         self._check(self.library.fmi2GetFMUstate(self._component, ctypes.byref(state)), "fmi2GetFMUstate")
+        if old is not None and state.value != old:
+            # The old one may have moved or been left behind. Freeing it now could be once too often; from here on the
+            # handle is freed before.
+            self._states.discard(old)
+            self._overwrites = False
         self._states.add(state.value)
         return state
 
     def restore(self, state: ctypes.c_void_p) -> None:
+        self._live()
         self._check(self.library.fmi2SetFMUstate(self._component, state), "fmi2SetFMUstate")
 
     def free(self, state: ctypes.c_void_p) -> None:
         if self._fmu is not None and state.value in self._states:
             self._states.discard(state.value)
+            if self._dead:
+                return
             self.library.fmi2FreeFMUstate(self._component, ctypes.byref(state))
 
     def close(self) -> None:
@@ -142,7 +161,7 @@ class Instance:
             return
         for state in tuple(self._states):
             self.free(ctypes.c_void_p(state))
-        if self._fmu.component is not None:
+        if self._fmu.component is not None and not self._dead:
             self._fmu.freeInstance()
         self._fmu = None
 
@@ -150,7 +169,7 @@ class Instance:
         """Warnings that no exception has carried yet."""
         return list(dict.fromkeys(self._log.messages))
 
-    def _instantiate(self) -> None:
+    def _instantiate(self, categories: Sequence[str]) -> None:
         callbacks = fmi2.fmi2CallbackFunctions()
         callbacks.logger = _receive
         callbacks.allocateMemory = fmi2.defaultCallbacks.allocateMemory
@@ -158,14 +177,17 @@ class Instance:
         callbacks.componentEnvironment = self._log.key
         addLoggerProxy(ctypes.byref(callbacks))
         try:
-            self._fmu.instantiate(callbacks=callbacks)
+            self._fmu.instantiate(callbacks=callbacks, loggingOn=True)  # without it some keep errors to themselves
         except Exception as error:
             raise SubsystemError(f"{self.name}: {error}: {self._log.take()}") from error
         self._component = self._fmu.component
+        chatter = [name.encode() for name in categories if name in _CHATTER]
+        if chatter:
+            self._call("fmi2SetDebugLogging", fmi2.fmi2False, len(chatter), (fmi2.fmi2String * len(chatter))(*chatter))
 
     def _set_parameters(self, variables: Mapping[str, Variable], parameters: Mapping[str, Value]) -> None:
-        setters = {"Real": self._fmu.setReal, "Boolean": self._fmu.setBoolean}
-        for kind in ("Real", "Integer", "Boolean", "Enumeration"):
+        setters = {"Real": self._fmu.setReal, "Boolean": self._fmu.setBoolean, "String": self._fmu.setString}
+        for kind in ("Real", "Integer", "Boolean", "Enumeration", "String"):
             names = [name for name in parameters if variables[name].type == kind]
             if not names:
                 continue
@@ -189,12 +211,20 @@ class Instance:
             )
         return group.values.copy()
 
+    def _live(self) -> None:
+        if self._dead:
+            raise SubsystemError(self._dead)
+
     def _call(self, function: str, *arguments: object) -> None:
         self._check(getattr(self.library, function)(self._component, *arguments), function)
 
     def _check(self, status: int, what: str) -> None:
-        if status > fmi2.fmi2Warning:
-            raise SubsystemError(f"{self.name}: {what}: {self._log.take()}")
+        if status <= fmi2.fmi2Warning:
+            return
+        text = f"{self.name}: {what}: {self._log.take()}"
+        if status == fmi2.fmi2Fatal:
+            self._dead = text = f"{text}; a fatal error, after which it cannot go on"
+        raise SubsystemError(text)
 
 
 def _port(v: Variable) -> Port:

@@ -16,7 +16,7 @@ from . import settle
 from .couple import Settings, couple, feed, step_node
 from .errors import SubsystemError
 from .exchange import Sample
-from .failure import StepError
+from .failure import StepError, give_up
 from .iteration import Outcome, Trace
 from .network import Circuit, Node
 
@@ -62,8 +62,8 @@ class Master:
             rigid = [node.subsystem.name for node in circuit.nodes if not node.subsystem.can_rollback]
             if rigid and circuit.unknowns and settings.method is not None:
                 raise SubsystemError(
-                    f"{', '.join(rigid)} cannot save and restore state, so the loop cannot be iterated; "
-                    "ask for explicit coupling with coupling.method = 'none'"
+                    f"{', '.join(rigid)} cannot save and restore state (canGetAndSetFMUstate = false), so the loop "
+                    "cannot be iterated; export with it, or ask for explicit coupling with coupling.method = 'none'"
                 )
 
     def initialise(self, time: float) -> None:
@@ -87,8 +87,7 @@ class Master:
         try:
             for circuit in self.circuits:
                 for node in circuit.nodes:
-                    for column, signal in node.signals:
-                        node.inputs[:, column] = signal.polynomial(time, length)
+                    _signal(node, time, length)
                     feed(node, node.given, time, self.settings.exchange)
                 if not circuit.unknowns:
                     step_node(circuit.nodes[0], time, length, self.settings.exchange)
@@ -97,7 +96,7 @@ class Master:
                 outcomes.append(couple(circuit, time, length, self.settings, trace, self._restore))
                 inverse = trace.secants.inverse
         except (SubsystemError, StepError) as failure:
-            self.rewind(self._start)
+            self._go_back(time, length, failure)
             self._traces[circuit] = Trace(circuit.scale.size)  # what divergence taught misleads
             if isinstance(failure, StepError):
                 raise
@@ -135,10 +134,7 @@ class Master:
         """Raises SubsystemError where a subsystem cannot go back."""
         for node in self.nodes:
             if node not in place.handles:
-                raise SubsystemError(
-                    f"a macro step failed and {node.subsystem.name} cannot be set back to its start; "
-                    "make coupling.macro_step smaller"
-                )
+                raise SubsystemError(f"{node.subsystem.name} cannot be set back (canGetAndSetFMUstate = false)")
             node.subsystem.restore(place.handles[node])
             node.samples = place.samples[node]
 
@@ -150,3 +146,23 @@ class Master:
     def _restore(self, circuit: Circuit) -> None:
         for node in circuit.nodes:
             node.subsystem.restore(self._start.handles[node])
+
+    def _go_back(self, time: float, length: float, failure: SubsystemError | StepError) -> None:
+        """To the start of the step that failed. Raises CouplingError where a subsystem cannot go back."""
+        try:
+            self.rewind(self._start)
+        except SubsystemError as stuck:
+            over = str(stuck) in str(failure)  # nothing may be called any more
+            cause = str(failure) if over else f"{failure}; {stuck}"
+            remedy = "" if over else "Make coupling.macro_step smaller, or export with state saving and iterate"
+            known = (failure.residuals, failure.gain) if isinstance(failure, StepError) else ()
+            raise give_up(time, length, StepError(cause, *known, remedy=remedy)) from failure
+
+
+def _signal(node: Node, time: float, length: float) -> None:
+    """Inputs that signals drive. What cannot be interpolated holds its end value, as with the exchange 'held'."""
+    for column, signal in node.signals:
+        c = signal.polynomial(time, length)
+        if not node.subsystem.takes_polynomials:
+            c = (c[0] + length * (c[1] + length * (c[2] / 2.0 + length * c[3] / 6.0)), 0.0, 0.0, 0.0)
+        node.inputs[:, column] = c

@@ -8,7 +8,7 @@
     [coupling]   the fields of Coupling
 
 Vectors may be given whole, V = [0, 1.5, 3], or as one value for all elements. Numbers are in the variable's unit, texts
-carry one, such as "40 mm".
+carry one, such as "40 mm". Connected variables have one unit; where an FMU declares none, any fits.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ else:
 
 __all__ = ["Coupling", "Member", "Scene", "read", "titles"]
 
-Value = float | int | bool
+Value = float | int | bool | str
 
 
 def _setting(
@@ -221,12 +221,12 @@ def _member(name: str, archive: Archive, layers: Sequence[Layer]) -> Member:
         for key, raw in _flat(layer.raw.get(name, {})):
             for full, element in _elements(layer, name, key, raw, archive):
                 variable, place = archive.variables[full], f"{name}.{full}"
-                if variable.causality == "input":
+                if variable.causality == "input" and variable.type == "Real":
                     signals[full] = check.signal(layer, place, element, variable)
-                elif variable.causality == "parameter":
+                elif variable.causality in ("parameter", "input"):  # inputs that are not Real are constant
                     parameters[full] = check.scalar(layer, place, element, variable)
                 else:
-                    layer.refuse(place, element, f"is an {variable.causality}; only parameters and inputs can be set")
+                    layer.refuse(place, element, f"is {variable.causality}; only parameters and inputs can be set")
     return Member(name, archive, parameters, signals)
 
 
@@ -315,7 +315,7 @@ def _connect(scene: Scene, source: str, target: str, layer: Layer) -> list[Conne
     if len(ends[0]) != len(ends[1]):
         layer.refuse("connections", text, f"{len(ends[0])} outputs for {len(ends[1])} inputs; the counts must agree")
     for (_, a), (_, b) in zip(*ends, strict=True):
-        if (a.dimension, a.unit) != (b.dimension, b.unit):
+        if a.measured and b.measured and (a.dimension, a.unit) != (b.dimension, b.unit):
             layer.refuse("connections", text, f"units differ: {a.unit!r} and {b.unit!r}; connect variables of one unit")
     return [Connection((m, a.name), (n, b.name)) for (m, a), (n, b) in zip(*ends, strict=True)]
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, fields
 
 import xarray as xr
@@ -11,7 +11,7 @@ import xarray as xr
 from . import exchange, iteration, results
 from .archive import Variable
 from .drive import drive
-from .errors import CosimError
+from .errors import CosimError, SubsystemError
 from .master import Master, Settings, StepLog
 from .network import assemble
 from .scene import Coupling, Member, Scene
@@ -42,6 +42,7 @@ def prepared(scene: Scene) -> Iterator[Prepared]:
         for member in scene.members:
             stack.callback(member.archive.close)  # the extracted files; a later run extracts them again
         slaves = tuple(stack.enter_context(contextlib.closing(_slave(scene, member))) for member in scene.members)
+        _adaptable(scene.coupling, slaves)
         signals = {m.name: m.signals for m in scene.members}
         settings = _settings(scene.coupling)
         jacobi = scene.coupling.schedule == "jacobi"
@@ -82,6 +83,15 @@ def _slave(scene: Scene, member: Member) -> Slave:
 def recorded(member: Member) -> list[Variable]:
     """The variables of a member that a result shows: its Real inputs and outputs."""
     return [v for v in member.archive.variables.values() if v.type == "Real" and v.causality in ("input", "output")]
+
+
+def _adaptable(coupling: Coupling, slaves: Sequence[Slave]) -> None:
+    rigid = [slave.name for slave in slaves if not slave.can_rollback]
+    if rigid and coupling.control != "fixed":
+        raise SubsystemError(
+            f"{', '.join(rigid)} cannot save and restore state (canGetAndSetFMUstate = false), so steps cannot be "
+            "repeated; export with it, or set coupling.control = 'fixed'"
+        )
 
 
 def _settings(coupling: Coupling) -> Settings:

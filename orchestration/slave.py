@@ -37,45 +37,67 @@ class Slave(Instance):
         self.takes_polynomials = about.canInterpolateInputs
         self.has_rates = about.maxOutputDerivativeOrder > 0
         self._final = fmi2.fmi2False if self.can_rollback else fmi2.fmi2True  # no state is set back before this step
+        self._begun = False
         super().__init__(fmi2.FMU2Slave, archive, name, parameters, inputs, outputs, recorded, start, stop)
         self._derivatives = np.zeros(3 * len(inputs))
         self._derivative_buffer = (fmi2.fmi2Real * self._derivatives.size).from_buffer(self._derivatives)
         self._derivative_references = (fmi2.fmi2ValueReference * self._derivatives.size)(
             *[*self._driven.references] * 3
         )
+        self._degree = 0  # the highest order of input derivatives sent so far; others the FMU need not know
+        self._length = None if about.canHandleVariableCommunicationStepSize else 0.0  # [s] of all steps
         self._orders = (fmi2.fmi2Integer * self._derivatives.size)(*(o for o in (1, 2, 3) for _ in inputs))
 
     def begin(self) -> None:
         self._call("fmi2ExitInitializationMode")
+        self._begun = True
+
+    def close(self) -> None:
+        if self._fmu is not None and self._begun and not self._dead:
+            self.library.fmi2Terminate(self._component)  # whatever it answers, it is freed next
+        self._begun = False
+        super().close()
 
     def set_inputs(self, polynomials: np.ndarray) -> None:
         if not self._driven.size:
             return
         self._driven.values[:] = polynomials[0]
         self._set_values()
-        if self.takes_polynomials:
-            self._derivatives[:] = polynomials[1:].ravel()
+        if not self.takes_polynomials:
+            return
+        self._derivatives[:] = polynomials[1:].ravel()
+        sent = np.flatnonzero(self._derivatives)
+        if sent.size:
+            self._degree = max(self._degree, sent[-1] // self._driven.size + 1)
+        if self._degree:
             self._check(
                 self.library.fmi2SetRealInputDerivatives(
                     self._component,
                     self._derivative_references,
-                    self._derivatives.size,
+                    self._degree * self._driven.size,
                     self._orders,
                     self._derivative_buffer,
                 ),
-                "fmi2SetRealInputDerivatives",
+                f"input derivatives up to order {self._degree} (coupling.exchange and coupling.waveform = 'held' send "
+                "none, 'linear' the first)",
             )
 
     def step(self, time: float, length: float) -> None:
+        if self._length is not None:
+            self._length = self._length or length
+            if abs(length - self._length) > 1e-9 * self._length:
+                raise SubsystemError(
+                    f"{self.name} takes steps of one length only (canHandleVariableCommunicationStepSize = false), "
+                    f"{self._length:.6g} s so far, {length:.6g} s now; set coupling.control = 'fixed' and a "
+                    "coupling.macro_step that divides the stop time and the times of all jumps"
+                )
         status = self.library.fmi2DoStep(self._component, time, length, self._final)
-        if status <= fmi2.fmi2Warning:
-            return
-        reached = None
+        what = f"step from t = {time:.6g} s by {length:.3g} s"
         if status == fmi2.fmi2Discard:
             last = ctypes.c_double(time)
             self._call("fmi2GetRealStatus", fmi2.fmi2LastSuccessfulTime, ctypes.byref(last))
-            reached = last.value
-        raise SubsystemError(f"{self.name}: step from t = {time:.6g} s by {length:.3g} s: {self._log.take()}", reached)
+            raise SubsystemError(f"{self.name}: {what}: {self._log.take()}", last.value)
+        self._check(status, what)
 
     def rates(self) -> np.ndarray:
         group = self._wired
