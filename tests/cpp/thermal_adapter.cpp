@@ -1,10 +1,10 @@
 // The heat model as fmu::Model: outputs, rates, warnings, refusals.
-#include "thermal_model.hpp"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
+
+#include "thermal_model.hpp"
 
 namespace thermal {
 namespace {
