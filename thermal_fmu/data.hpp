@@ -6,7 +6,7 @@
 
 namespace thermal {
 
-inline constexpr std::size_t kMostAmplitudes = 16 * (kTcas + 1);  // that model exchange shows
+inline constexpr std::size_t kMostAmplitudes = 24 * (kTcas + 1);  // that model exchange shows
 
 struct Data {
   Parameters parameters;
