@@ -27,7 +27,8 @@ bool solve(const Rod& rod, const Loads& loads, double h, double wq, double wa, c
   stage.weights = {wq, 1.0 / h, wa};
   stage.moving = true;
   predict(rod, h, state, scratch.x);
-  return scratch.newton.solve_far(rod, stage, loads, newton_tolerance, scratch.x).converged;
+  return scratch.newton.solve_far(rod, stage, loads, newton_tolerance, scratch.x).converged &&
+         (state.q + scratch.x).lpNorm<Eigen::Infinity>() < wildest_strain;
 }
 
 bool backward_euler(const Rod& rod, const Loads& loads, double h, State& state, Scratch& scratch) {

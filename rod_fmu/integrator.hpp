@@ -29,6 +29,10 @@ struct Advance {
   std::string trouble;
 };
 
+/// Strain coefficients beyond this (radians, or multiples of the length) are no rod: a step that leads there is
+/// refused.
+inline constexpr double wildest_strain = 100.0;
+
 /// Work arrays of all methods for one rod.
 struct Scratch {
   Newton newton;
@@ -36,7 +40,8 @@ struct Scratch {
   Vector r, x;
 };
 
-/// Puts the state at rest at the equilibrium of the loads, from its present shape. False: not found, state as it was.
+/// Puts the state at rest at the equilibrium of the loads, from its present shape: by Newton's method, by a homotopy,
+/// by letting the rod fall through ever longer implicit steps. False: not found, state as it was.
 bool settle(const Rod& rod, const Loads& loads, State& state, Scratch& scratch);
 
 /// The acceleration that the loads give to (q, v). False: the mass matrix is singular or the state is not finite.

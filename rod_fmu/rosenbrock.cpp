@@ -35,7 +35,9 @@ constexpr double time_weight[stages] = {0.21193756319429014, -0.4238751263885802
                                         1.8046452872882734, 2.325825639765069};
 
 constexpr double strain_scale = 0.1;  // strains below this are held to an absolute error
-constexpr double least_step = 1e-9;   // of the step asked for, or of the rod's time scale
+// Of attempts in one call: more than a motion that means something needs, for every radian of the first mode.
+constexpr double most_attempts = 2e4, most_attempts_per_radian = 5e3;
+constexpr double least_step = 1e-9;  // of the step asked for, or of the rod's time scale
 
 /// Point (q, v, a) and increments of one stage; e is the damping's heat, integrated along.
 struct Point {
@@ -128,13 +130,15 @@ Advance step_rosenbrock(const Rod& rod, const Inputs& u, double h, double tolera
   Matrix J;
   Eigen::PartialPivLU<Matrix> lu;
   double done = 0.0;
-  while (done < h) {
+  for (int attempts = 0; done < h; ++attempts) {
+    if (attempts > most_attempts + most_attempts_per_radian * h * rod.first_frequency())
+      return {done, "too many time steps; the tolerance may be too tight for this motion"};
     const bool last = state.next_step >= h - done;
     const double step = last ? h - done : std::min(state.next_step, 0.5 * (h - done) + 0.5 * state.next_step);
     take(rod, u, done, step, state, start, scratch.r, loads, lu, J, work, s);
     const double error = error_norm(rod, tolerance, state, s);
     const double factor = std::isfinite(error) ? std::clamp(0.9 * std::pow(error, -0.2), 0.2, 5.0) : 0.2;
-    if (!(error <= 1.0)) {
+    if (!(error <= 1.0 && s.y.q.lpNorm<Eigen::Infinity>() < wildest_strain)) {
       state.next_step = step * std::min(factor, 0.9);
       if (state.next_step < least)
         return {done, "the time step fell below the least one; the loads may be too violent"};

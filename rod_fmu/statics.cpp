@@ -6,17 +6,50 @@ namespace rod {
 namespace {
 
 constexpr double equilibrium_tolerance = 1e-10;  // of the last Newton correction; the error behind it is its square
+constexpr int most_failures = 12;                // of steps while falling
+
+/// From x, to the neighbourhood of an equilibrium: backward Euler from rest at every step, with lengths that grow
+/// without bound. The inertia of the first carries the rod over hard ground, the last are Newton steps of statics.
+bool fall(const Rod& rod, const Loads& loads, Scratch& scratch, Vector& x) {
+  Stage& stage = scratch.stage;
+  const int n = rod.unknowns();
+  stage.v.setZero(n);
+  stage.a.setZero(n);
+  stage.moving = true;
+  Vector change;
+  const double period = 1.0 / rod.first_frequency();
+  int failures = 0;
+  for (double h = 0.1 * period; h < 1e6 * period;) {
+    stage.q = x;
+    stage.weights = {1.0, 1.0 / h, 1.0 / (h * h)};
+    change.setZero(n);
+    if (scratch.newton.solve(rod, stage, loads, equilibrium_tolerance, change).converged) {
+      x += change;
+      h *= 3.0;
+    } else {
+      if (++failures > most_failures) return false;
+      h *= 0.1;
+    }
+  }
+  return true;
+}
 
 }  // namespace
 
 bool settle(const Rod& rod, const Loads& loads, State& state, Scratch& scratch) {
-  const int n = rod.unknowns();
-  scratch.stage.q.setZero(n);
-  scratch.stage.weights = {.q = 1.0};
-  scratch.stage.moving = false;
+  Stage& stage = scratch.stage;
+  const auto solve = [&] {
+    stage.q.setZero(rod.unknowns());
+    stage.weights = {.q = 1.0};
+    stage.moving = false;
+    return scratch.newton.solve_far(rod, stage, loads, equilibrium_tolerance, scratch.x).converged;
+  };
   scratch.x = state.q;
-  const NewtonResult result = scratch.newton.solve_far(rod, scratch.stage, loads, equilibrium_tolerance, scratch.x);
-  if (!result.converged) return false;
+  if (!solve()) {
+    scratch.x = state.q;
+    if (!fall(rod, loads, scratch, scratch.x) || !solve()) return false;
+  }
+  if (!(scratch.x.lpNorm<Eigen::Infinity>() < wildest_strain)) return false;
   state.q = scratch.x;
   state.v.setZero();
   state.a.setZero();

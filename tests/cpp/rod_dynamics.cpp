@@ -232,6 +232,21 @@ TEST(RodDynamics, BdfReachesItsToleranceAndRestartsHonestly) {
   }
 }
 
+TEST(RodDynamics, AbsurdTensionsAreRefusedQuickly) {
+  for (double guess : {1e3, 1e70}) {
+    for (Method method : {Method::backward_euler, Method::midpoint, Method::rosenbrock}) {
+      Parameters p;
+      p.closure = Closure::exchanged;
+      Bench bench(p);
+      for (Polynomial& delta : bench.inputs.delta_guess) delta[0] = guess;
+      const Advance result = advance(bench, method, 0.1, 1e-6);
+      EXPECT_LT(bench.state.q.lpNorm<Eigen::Infinity>(), wildest_strain);
+      EXPECT_LT(result.reached, 0.1);
+      EXPECT_FALSE(result.trouble.empty());
+    }
+  }
+}
+
 TEST(RodDynamics, ViolentStepsEndAndStayFinite) {
   for (Method method : {Method::backward_euler, Method::midpoint, Method::rosenbrock}) {
     Parameters p;

@@ -126,6 +126,24 @@ TEST(RodStatics, ElasticaUnderADeadTipForce) {
   }
 }
 
+TEST(RodStatics, LongRodsAndStiffActuatorsUnderGravityFindAnEquilibrium) {
+  int found = 0, tried = 0;
+  for (double length : {0.06, 0.08, 0.1})
+    for (double stiffness : {1e2, 1e3, 1e4})
+      for (double gravity : {-9.81, 9.81}) {
+        Parameters p;
+        p.body_length = length;
+        p.tca_law = Law::measured;
+        p.tca_stiffness = stiffness;
+        Bench bench(p);
+        bench.inputs.gravity[0][0] = 3.0, bench.inputs.gravity[2][0] = gravity;
+        bench.inputs.T[0][0] = 340.0;
+        found += bench.settle();
+        ++tried;
+      }
+  EXPECT_EQ(found, tried);
+}
+
 TEST(RodStatics, ViolentLoadsConvergeOrAreRefused) {
   for (double force : {0.5, 5.0, 50.0})
     for (double kelvin : {0.0, 300.0}) {
