@@ -11,28 +11,9 @@
 namespace fmu {
 namespace {
 
-/// ` name="value"`, with what XML reserves written as entities.
+/// ` name="value"`
 std::string attribute(std::string_view name, std::string_view value) {
-  std::string result = " " + std::string(name) + "=\"";
-  for (const char c : value) {
-    switch (c) {
-      case '&':
-        result += "&amp;";
-        break;
-      case '<':
-        result += "&lt;";
-        break;
-      case '>':
-        result += "&gt;";
-        break;
-      case '"':
-        result += "&quot;";
-        break;
-      default:
-        result += c;
-    }
-  }
-  return result + "\"";
+  return " " + std::string(name) + "=\"" + escaped(value) + "\"";
 }
 
 std::string attribute(std::string_view name, double value) { return attribute(name, text(value)); }

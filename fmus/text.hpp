@@ -1,4 +1,4 @@
-// Numbers and lists as text: shortest digits that read back as the same double.
+// Numbers and lists as text: shortest digits that read back as the same double. Text as XML and HTML want it.
 #pragma once
 
 #include <array>
@@ -18,6 +18,30 @@ inline std::string text(double value) {
 inline void append(std::string& list, std::string_view item, std::string_view separator = ", ") {
   if (!list.empty()) list += separator;
   list += item;
+}
+
+/// What XML and HTML reserve written as entities.
+inline std::string escaped(std::string_view plain) {
+  std::string result;
+  for (const char c : plain) {
+    switch (c) {
+      case '&':
+        result += "&amp;";
+        break;
+      case '<':
+        result += "&lt;";
+        break;
+      case '>':
+        result += "&gt;";
+        break;
+      case '"':
+        result += "&quot;";
+        break;
+      default:
+        result += c;
+    }
+  }
+  return result;
 }
 
 }  // namespace fmu

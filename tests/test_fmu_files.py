@@ -10,9 +10,12 @@ from pathlib import Path
 import fmpy
 import pytest
 from fmpy.validation import validate_fmu
-from fmu_host import SUBJECTS, FMU2Host
+from fmu_host import ROOT, SUBJECTS, FMU2Host
+from lxml import html
 
 FMUS = pytest.mark.parametrize("path", [subject.path for subject in SUBJECTS], ids=lambda path: path.stem)
+SHIPPED = pytest.mark.parametrize("path", [ROOT / "fmus/thermal.fmu", ROOT / "fmus/rod.fmu"], ids=["thermal", "rod"])
+LICENSES = ("license", "third_party")
 STANDARD = Path(fmpy.__file__).parent / "c-code" / "fmi2Functions.h"
 
 
@@ -29,6 +32,39 @@ def output_of(*command: str | Path) -> str:
 @FMUS
 def test_fmpy_finds_no_problem(path: Path):
     assert validate_fmu(str(path)) == []
+
+
+@FMUS
+def test_the_documentation_lists_every_variable_once(path: Path):
+    with zipfile.ZipFile(path) as archive:
+        page = html.fromstring(archive.read("documentation/index.html"))
+    rows = {row[0].text_content(): [cell.text_content() for cell in row] for row in page.iter("tr")}
+    assert len(rows) == len(list(page.iter("tr")))
+    variables = fmpy.read_model_description(str(path)).modelVariables
+    assert list(rows)[1:] == [variable.name for variable in variables]
+    for variable in variables:
+        _, causality, unit, start, _, description = rows[variable.name]
+        assert description == variable.description
+        assert unit == (variable.unit or "")
+        allowed = {"state", "derivative"} if variable.causality == "local" else {variable.causality}
+        assert causality.split(",")[0] in allowed
+        assert bool(start) == (variable.start is not None)
+        if variable.start is not None and variable.type == "Real":
+            assert float(start) == float(variable.start)
+
+
+@SHIPPED
+def test_the_package_explains_itself(path: Path):
+    with zipfile.ZipFile(path) as archive:
+        page = archive.read("documentation/index.html").decode()
+        icon = archive.read("model.png")
+        licenses = {name: archive.read(f"documentation/licenses/{name}.txt").decode() for name in LICENSES}
+    for heading in ("What it is", "Equations", "Limits", "In a host", "References", "Variables"):
+        assert page.count(f"<h2>{heading}</h2>") == 1
+    assert icon.startswith(b"\x89PNG\r\n\x1a\n")
+    assert len(icon) < 10_000
+    assert licenses["license"] == (ROOT / "LICENSE").read_text()
+    assert all(name in licenses["third_party"] for name in ("Eigen", "Mozilla Public License 2.0", "SUNDIALS", "BSD 3"))
 
 
 @FMUS
