@@ -1,12 +1,13 @@
-"""The command line: tca-cosim run | timing | monolith | modes | reference | paper | export | list | peers. An error a
-user can mend is one message and exit code 2."""
+"""The command line: tca-cosim run | timing | monolith | modes | reference | stability | paper | export | list | peers.
+An error a user can mend is one message and exit code 2."""
 
 from __future__ import annotations
 
 import contextlib
 import shutil
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -16,7 +17,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
-from . import paper, peers, results, timing
+from . import paper, peers, results, stability, timing
 from .archive import find_fmu
 from .compare import compare
 from .errors import CosimError
@@ -157,6 +158,48 @@ def timing_command(
         table.add_row("of that inside the FMUs", f"{1e3 * found.fmus:.1f} ms")
         table.add_row("master, per macro step", f"{1e6 * found.overhead:.0f} us")
         out.print(table)
+
+
+@app.command("stability")
+def stability_command(
+    scene: Annotated[str, typer.Argument(help="Name of a scene, a .toml file, or `oscillators`: analytic systems")],
+    override: Overrides = [],  # noqa: B006 (typer copies it)
+    folder: Folder = Path("results"),
+    points: Annotated[int, typer.Option(min=2, max=200, help="Along each axis")] = 12,
+    scheduler: Annotated[str | None, typer.Option(help="Address of a dask scheduler; default: processes here")] = None,
+    workers: Annotated[int | None, typer.Option(min=0, help="Processes here; 0: this one, without dask")] = None,
+) -> None:
+    """Maps where each coupling method fails over macro step and stiffness ratio, with the limits of theory (extra
+    `sweep`); writes NAME.stability.nc, .png, .svg."""
+    with _reported():
+        if scene == "oscillators" and override:
+            raise CosimError(f"--set {override[0]!r}: the analytic systems have nothing to set; leave it out")
+        oscillators = scene == "oscillators"
+        study = stability.oscillators.study(points) if oscillators else stability.rod.study(scene, override, points)
+        with Progress(*Progress.get_default_columns(), console=out, transient=True) as bar:
+            task = bar.add_task(study.name, total=len(study.panels) * points)
+            found = stability.sweep(study, _worker(scheduler, workers, lambda: bar.advance(task)))
+        results.write(found, folder / f"{study.name}.nc")
+        stability.chart.save(stability.chart.draw(found), folder, study.name)
+        out.print(f"written: {folder / study.name}.nc, .png, .svg", highlight=False)
+
+
+def _worker(scheduler: str | None, workers: int | None, advance: Callable[[], None]) -> stability.Worker:
+    if workers == 0 and scheduler is None:
+        spread = stability.serial
+    else:
+        try:
+            from .stability import cluster  # dask is an extra
+        except ModuleNotFoundError as error:
+            raise CosimError(f"{error}; run pip install 'tca-cosim[sweep]', or add --workers 0") from error
+        spread = partial(cluster.spread, scheduler=scheduler, workers=workers)
+
+    def watched(rows: Sequence[stability.Row]) -> Iterator[tuple[int, list[stability.Verdict]]]:
+        for found in spread(rows):
+            yield found
+            advance()
+
+    return watched
 
 
 @app.command()

@@ -27,7 +27,7 @@ from .iteration import spectral_radius
 from .master import StepLog
 from .scene import Scene
 
-__all__ = ["collect", "read", "scalars", "write"]
+__all__ = ["about", "collect", "read", "scalars", "versions", "write"]
 
 _INDEXED = re.compile(r"(.+)\[(\d+(?:,\d+)*)\]")
 _LOG = {
@@ -56,7 +56,7 @@ def collect(
     for key, column in _log_columns(logs).items():
         unit, text = _LOG[key]
         dataset[f"coupling.{key}"] = ("time", column, {"units": unit, "long_name": text})
-    dataset.attrs = _about(scene, status)
+    dataset.attrs = about(scene, status)
     return dataset
 
 
@@ -92,6 +92,39 @@ def read(path: Path) -> xr.Dataset:
         return dataset.load()
 
 
+def about(scene: Scene, status: str) -> dict[str, Any]:
+    """The record of a scene: all that it takes to run it again."""
+    members = {
+        m.name: {
+            "fmu": m.archive.path.name,
+            "guid": m.archive.guid,
+            "parameters": {v: m.value(v) for v, about in m.archive.variables.items() if about.causality == "parameter"},
+            "signals": {name: [type(signal).__name__, asdict(signal)] for name, signal in m.signals.items()},
+        }
+        for m in scene.members
+    }
+    return {
+        "title": scene.title,
+        "scene": scene.name,
+        "status": status,
+        "stop_time_s": scene.stop_time,
+        "coupling": json.dumps(asdict(scene.coupling)),
+        "connections": json.dumps([str(c) for c in scene.connections]),
+        "members": json.dumps(members),
+        "sources": json.dumps(scene.sources),
+        "versions": json.dumps(versions()),
+    }
+
+
+def versions() -> dict[str, str]:
+    """Of what a result came from."""
+    try:
+        own = version("tca-cosim")
+    except PackageNotFoundError:  # run from a source tree that is not installed
+        own = "not installed"
+    return {"tca-cosim": own, "fmpy": fmpy.__version__, "python": platform.python_version(), "numpy": np.__version__}
+
+
 def _add_variables(dataset: xr.Dataset, member: str, variables: Sequence[Variable], rows: np.ndarray) -> None:
     groups: dict[str, list[tuple[tuple[int, ...], int]]] = {}
     for k, variable in enumerate(variables):
@@ -118,35 +151,6 @@ def _log_columns(logs: Sequence[StepLog]) -> dict[str, np.ndarray]:
         gain[[k + 1 for k in known]] = spectral_radius(np.array([logs[k].inverse for k in known]))
     columns["gain"] = gain
     return columns
-
-
-def _about(scene: Scene, status: str) -> dict[str, Any]:
-    try:
-        own = version("tca-cosim")
-    except PackageNotFoundError:  # run from a source tree that is not installed
-        own = "not installed"
-    members = {
-        m.name: {
-            "fmu": m.archive.path.name,
-            "guid": m.archive.guid,
-            "parameters": {v: m.value(v) for v, about in m.archive.variables.items() if about.causality == "parameter"},
-            "signals": {name: [type(signal).__name__, asdict(signal)] for name, signal in m.signals.items()},
-        }
-        for m in scene.members
-    }
-    return {
-        "title": scene.title,
-        "scene": scene.name,
-        "status": status,
-        "stop_time_s": scene.stop_time,
-        "coupling": json.dumps(asdict(scene.coupling)),
-        "connections": json.dumps([str(c) for c in scene.connections]),
-        "members": json.dumps(members),
-        "sources": json.dumps(scene.sources),
-        "versions": json.dumps(
-            {"tca-cosim": own, "fmpy": fmpy.__version__, "python": platform.python_version(), "numpy": np.__version__}
-        ),
-    }
 
 
 def _write_csv(dataset: xr.Dataset, path: Path) -> None:

@@ -26,7 +26,7 @@ ORDER = (
     ("compare", "timing"),
     ("monolith",),
     ("reference", "paper"),
-    ("peers",),
+    ("peers", "stability"),
     ("cli",),
 )
 RANK = {name: rank for rank, layer in enumerate(ORDER) for name in layer}

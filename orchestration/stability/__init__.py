@@ -1,0 +1,25 @@
+"""Where coupling methods fail: maps over macro step and coupling strength, every point a short run, with the limits
+that theory gives.
+
+    chart.save(chart.draw(sweep(rod.study("plain", ["rod.dynamic=true"]))), Path("results"), "plain.stability")
+
+verdict: how a run is judged; systems: analytic systems with known limits; theory: limits of the rod; rod, oscillators:
+the two kinds of maps; study: a map's axes, panels and file; cluster: work spread by dask; chart: the drawing."""
+
+from . import chart, oscillators, rod
+from .study import Panel, Row, Study, Worker, serial, sweep
+from .verdict import KINDS, Verdict
+
+__all__ = [
+    "KINDS",
+    "Panel",
+    "Row",
+    "Study",
+    "Verdict",
+    "Worker",
+    "chart",
+    "oscillators",
+    "rod",
+    "serial",
+    "sweep",
+]

@@ -1,0 +1,191 @@
+"""Stability maps: points either side of every limit that theory gives, of the FMUs and of analytic systems, judged by
+runs; the map's file and figure."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from dask.distributed import LocalCluster
+
+from orchestration import SceneError, read, results
+from orchestration.stability import KINDS, Study, Verdict, chart, oscillators, rod, sweep
+from orchestration.stability.cluster import spread
+from orchestration.stability.theory import Beam, limit
+
+MOVING = ("rod.dynamic=true",)
+
+
+def beam(*overrides: str) -> Beam:
+    return rod.beam(read("plain", [*rod.FIRST, *overrides]))
+
+
+def judged(overrides: tuple[str, ...], method: str, waveform: str, step: float, ratio: float) -> Verdict:
+    return rod.judge("plain", overrides, beam().stiffness, method, waveform, step, ratio)
+
+
+# -- theory
+
+
+def test_the_gain_of_a_quasi_static_rod_is_the_closed_form() -> None:
+    """3 k L/EA in stretch; without it the offset counts: 1.5 k L r^2/EI in bending."""
+    body = beam()
+    k, EA, EI = 79.5378, 2.96881, 1.85550e-5
+    assert body.gain(0.1, k) == pytest.approx(3.0 * k * 0.04 / EA, rel=1e-5)
+    assert k * 1.5 * body.offset**2 * body._rotation(0.0) == pytest.approx(1.5 * k * 0.04 * 0.0025**2 / EI, rel=1e-5)
+
+
+def test_inertia_lowers_the_gain_as_its_first_mode_does_for_long_steps() -> None:
+    """tanh(z)/z = 1 - z^2/3 + ...: 1/(1 + 1/(omega H)^2) with the frequency of equal compliance, omega^2 = 3 E/(rho
+    L^2)."""
+    body = beam(*MOVING)
+    omega = math.sqrt(3.0 * body.E / (body.rho * body.length**2))
+    step = 10.0 / omega
+    assert body.gain(step, body.stiffness) / 3.0 == pytest.approx(1.0 / (1.0 + 1.0 / (omega * step) ** 2), rel=1e-4)
+
+
+def test_a_beam_without_shear_bends_as_euler_and_bernoulli_say() -> None:
+    """Rotation per moment at the end: (L/EI) (cosh b sin b + sinh b cos b)/(b (1 + cosh b cos b)), b^4 = -s^2 rho A
+    L^4/EI."""
+    body = Beam(1e5, 0.5, 1000.0, 1e-3, 1.0, 1e6, 0.0, 0.0, (0.0,), True)
+    EI = body.E * math.pi * body.radius**4 / 4.0
+    s = 0.05
+    b = complex(-(s**2) * body.rho * body.area * body.length**4 / EI) ** 0.25
+    exact = (np.cosh(b) * np.sin(b) + np.sinh(b) * np.cos(b)) / (b * (1.0 + np.cosh(b) * np.cos(b))) / EI
+    assert abs(b) > 1.0
+    assert body._rotation(s) == pytest.approx(exact.real, rel=1e-4)
+
+
+# -- the FMUs either side of the limits
+
+
+@pytest.mark.parametrize("overrides", [(), MOVING], ids=["quasi-static", "inertia"])
+@pytest.mark.parametrize(
+    ("method", "waveform", "beyond"),
+    [
+        ("none", "held", "unstable"),
+        ("none", "linear", "unstable"),
+        ("plain", "linear", "diverged"),
+        ("relaxed", "linear", "diverged"),
+    ],
+)
+def test_the_fmus_fail_where_theory_says(method: str, waveform: str, beyond: str, overrides: tuple[str, ...]) -> None:
+    step = 2e-3
+    edge = limit(beam(*overrides), np.array([step]), method, waveform, rod.OMEGA)[0]
+    below, above = (judged(overrides, method, waveform, step, factor * edge) for factor in (0.93, 1.07))
+    assert below.kind == "converged"
+    assert above.kind == beyond
+
+
+@pytest.mark.parametrize("step", [1e-3, 1e-2])
+def test_the_gain_of_a_moving_rod_is_that_of_theory(step: float) -> None:
+    edge = limit(beam(*MOVING), np.array([step]), "plain", "linear", rod.OMEGA)[0]
+    assert judged(MOVING, "plain", "linear", step, 0.9 * edge).gain == pytest.approx(0.9, rel=2e-3)
+
+
+@pytest.mark.parametrize("method", ["aitken", "iqn", "broyden", "newton"])
+def test_accelerated_methods_pass_the_limit_of_plain_iteration(method: str) -> None:
+    edge = limit(beam(), np.array([0.1]), "plain", "linear", rod.OMEGA)[0]
+    verdict = judged((), method, "linear", 0.1, 3.0 * edge)
+    assert verdict.kind == "converged"
+    assert verdict.gain == pytest.approx(3.0, rel=0.05)
+
+
+def test_what_theory_does_not_cover_is_refused() -> None:
+    with pytest.raises(SceneError, match=r"rod\.closure = 1"):
+        rod.study("plain", ["rod.closure=inside"])
+    with pytest.raises(SceneError, match=r"rod\.tca\.helix"):
+        rod.study("plain", ["rod.tca.helix=3"])
+
+
+# -- analytic systems
+
+
+MARKED = [panel for panel in oscillators.panels() if panel.marks]
+
+
+@pytest.mark.parametrize("panel", MARKED, ids=[panel.title for panel in MARKED])
+def test_analytic_systems_fail_at_their_known_limits(panel: object) -> None:
+    """Within 1.5 % in the macro step: the limits are known to three digits."""
+    ((step, strength),) = panel.marks
+    assert panel.judge(0.985 * step, strength).kind == "converged"
+    assert panel.judge(1.015 * step, strength).kind in ("diverged", "unstable")
+
+
+@pytest.mark.parametrize("panel", [p for p in MARKED if p.limit], ids=lambda panel: panel.title)
+def test_closed_forms_go_through_the_known_limits(panel: object) -> None:
+    ((step, strength),) = panel.marks
+    assert panel.limit(np.array([step]))[0] == pytest.approx(strength, rel=0.01)
+
+
+def test_the_limit_of_a_damped_actuator_is_twice_damper_over_stiffness_for_short_steps() -> None:
+    panel = next(p for p in MARKED if p.title.startswith("actuator: explicit, held"))
+    step = 1e-3
+    assert panel.limit(np.array([step]))[0] == pytest.approx(2.0 * oscillators.DAMPING / step, rel=0.01)
+
+
+def test_converged_coupling_of_two_masses_has_no_limit() -> None:
+    panel = oscillators.panels()[-1]
+    assert not panel.marks
+    assert {panel.judge(h, r).kind for h in (0.1, 2.0) for r in (0.1, 10.0)} == {"converged"}
+
+
+# -- maps
+
+
+@pytest.fixture(scope="module")
+def small() -> Study:
+    whole = oscillators.study(points=4)
+    return Study(**{**vars(whole), "panels": whole.panels[:2]})
+
+
+@pytest.fixture(scope="module")
+def swept(small: Study) -> xr.Dataset:
+    return sweep(small)
+
+
+def test_a_map_is_a_file_with_units_settings_and_versions(swept: xr.Dataset, tmp_path: Path) -> None:
+    results.write(swept, tmp_path / "map.nc")
+    found = results.read(tmp_path / "map.nc")
+    assert found["verdict"].dims == ("panel", "step", "strength")
+    assert found["step"].attrs["units"] == "s"
+    assert all(
+        found[name].attrs["units"] == "1" for name in ("strength", "verdict", "sweeps", "gain", "growth", "limit")
+    )
+    assert found["verdict"].attrs["flag_meanings"].split() == list(KINDS)
+    assert json.loads(found.attrs["panels"])[1]["method"] == "plain"
+    assert json.loads(found.attrs["settings"])["damping of the actuated oscillator"] == oscillators.DAMPING
+    assert "numpy" in json.loads(found.attrs["versions"])
+    fails = found["verdict"] != KINDS.index("converged")
+    slow = found["verdict"] == KINDS.index("slow")
+    assert ((fails == (found["strength"] > found["limit"])) | slow).all()
+
+
+def test_the_map_of_a_scene_says_what_was_run(tmp_path: Path) -> None:
+    whole = rod.study("plain", MOVING, points=2)
+    found = sweep(Study(**{**vars(whole), "panels": whole.panels[2:3]}))
+    settings = json.loads(found.attrs["settings"])
+    assert settings["EA/L [N/m]"] == pytest.approx(74.22, rel=1e-4)
+    assert "dynamic" in settings["members"]
+    assert found["panel"].item() == "plain"
+    assert set(np.unique(found["verdict"])) == {KINDS.index("converged"), KINDS.index("diverged")}
+
+
+def test_the_figure(small: Study, swept: xr.Dataset, tmp_path: Path) -> None:
+    figure = chart.draw(swept)
+    paths = chart.save(figure, tmp_path, "map")
+    assert [path.suffix for path in paths] == [".png", ".svg"]
+    drawn = [axes for axes in figure.axes if axes.get_title()]
+    assert [axes.get_title() for axes in drawn] == [panel.title for panel in small.panels]
+    np.testing.assert_allclose(drawn[0].lines[0].get_ydata(), small.panels[0].limit(small.steps))
+
+
+def test_rows_spread_by_dask_are_those_of_one_process(small: Study, swept: xr.Dataset) -> None:
+    """A worker in this process: what dask does is the same."""
+    with LocalCluster(n_workers=1, threads_per_worker=1, processes=False, dashboard_address=":0") as place:
+        found = sweep(small, lambda rows: spread(rows, scheduler=place.scheduler_address))
+    assert found.identical(swept)
