@@ -1,0 +1,72 @@
+"""Runs under the Python that has CoFmuPy, never in ours: a job in JSON from stdin, what came of it in JSON as the last
+line of stdout.
+
+job: fmus [{id, path, reals, integers, booleans (name -> value), outputs [name]}], connections [[id, variable, id,
+variable]], step [s], steps, watch [[id, variable]]. Answer: version, failure ("" if complete), times, watched (steps,
+variables), cpu [s]. CoFmuPy sets and reads everything as Real and reads all outputs; it is helped over both: other
+types are set before it starts, and it is told the wired outputs alone. A job {build: {source, folder}}
+makes an FMU of a source of PythonFMU, which comes with CoFmuPy, and answers with its path."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import json
+import sys
+import time
+from importlib import metadata
+
+
+def build(source: str, folder: str) -> str:
+    from pythonfmu import FmuBuilder
+
+    return str(FmuBuilder.build_FMU(source, dest=folder, canGetAndSetFMUstate=True))
+
+
+def run(job: dict) -> dict:
+    from cofmupy import Coordinator
+    from cofmupy.master import DefaultMaster
+
+    whole = Coordinator()
+    ends = ("id", "variable")
+    whole.parse_config(
+        {
+            "fmus": [{"id": f["id"], "path": f["path"], "initialization": f["reals"]} for f in job["fmus"]],
+            "connections": [
+                {"source": dict(zip(ends, c[:2])), "target": dict(zip(ends, c[2:]))}  # noqa: B905 (old Pythons)
+                for c in job["connections"]
+            ],
+            "cosim_method": "gauss_seidel",
+            "iterative": True,
+        }
+    )
+    whole.start_graph_engine(whole.config_parser.graph_config)
+    config = whole.config_parser.master_config
+    whole.master = DefaultMaster(
+        config["fmus"], config["connections"], whole.graph_engine.sequence_order, config["cosim_method"], True
+    )
+    for fmu in job["fmus"]:
+        handler = whole.master.fmu_handlers[fmu["id"]]
+        handler.get_output_names = lambda names=fmu["outputs"]: names
+        for kind, setter in (("integers", handler.fmu.setInteger), ("booleans", handler.fmu.setBoolean)):
+            for name, value in fmu[kind].items():
+                setter([handler.var_name2attr[name].valueReference], [value])
+    whole.master.init_simulation({})
+    whole.stream_handlers = []
+    times, watched, failure, begin = [], [], "", time.process_time()
+    try:
+        for _ in range(job["steps"]):
+            whole.do_step(job["step"])
+            times.append(whole.master.current_time)
+            outputs = whole.master.get_outputs()
+            watched.append([outputs[name][variable][0] for name, variable in job["watch"]])
+    except Exception as error:
+        failure = f"{type(error).__name__}: {error}"
+    return {"failure": failure, "times": times, "watched": watched, "cpu": time.process_time() - begin}
+
+
+if __name__ == "__main__":
+    job = json.load(sys.stdin)
+    with contextlib.redirect_stdout(io.StringIO()):
+        answer = {"path": build(**job["build"])} if "build" in job else run(job)
+    print(json.dumps({"version": metadata.version("cofmupy"), **answer}))
