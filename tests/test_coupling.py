@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 
 import pytest
-from analytic import couple, dahlquist, linear, step_radius, wires
 
 from orchestration import CouplingError
 from orchestration.iteration.relaxed import Relaxed
+from orchestration.stability.systems import actuated, couple, dahlquist, step_radius, two_masses
 
 # -- split Dahlquist: x' = -x + u, u = -4 x
 # -------------------------------------------------------------------------------
@@ -46,12 +46,6 @@ def test_beyond_the_limit_a_failed_step_is_halved() -> None:
 # -------------------------------------------------------------
 
 
-def actuated(damping: float = 0.0) -> tuple[list, list]:
-    mass = linear("mass", [[0, 1], [-1, -damping]], [0, 1], [1, 0], [0], [1, 0], "F", "x")
-    actuator = linear("actuator", [], [], [], [-4], [], "x", "F")
-    return [mass, actuator], wires("mass.x -> actuator.x", "actuator.F -> mass.F")
-
-
 def test_explicit_coupling_of_an_undamped_rod_is_unstable_for_every_step() -> None:
     """Two equal moduli whose product is det = 1 + 4 (1 - cos H)."""
     for step in (0.05, 0.1):
@@ -77,19 +71,6 @@ def test_inertia_lets_plain_iteration_contract_for_short_steps(waveform: str, li
 
 # -- two masses, spring and damper between them, all parameters 1
 # ------------------------------------------------------------
-
-
-def two_masses(kind: str, c: float = 1.0, d: float = 1.0, cc: float = 1.0, dc: float = 1.0) -> tuple[list, list]:
-    """force/displacement: the spring between belongs to the second; displacement/displacement: both have it."""
-    own, coupled = [[0, 1], [-c, -d]], [[0, 1], [-c - cc, -d - dc]]
-    other, states, none = [[0, 0], [cc, dc]], [[1, 0], [0, 1]], [[0, 0], [0, 0]]
-    second = linear("b", coupled, other, states, none, [0.5, 0], "x v", "y w")
-    if kind == "displacement":
-        first = linear("a", coupled, other, states, none, [1, 0], "x v", "y w")
-        return [first, second], wires("a.y -> b.x", "a.w -> b.v", "b.y -> a.x", "b.w -> a.v")
-    first = linear("a", own, [0, 1], states, [0, 0], [1, 0], "F", "y w")
-    second = linear("b", coupled, other, [cc, dc], [-cc, -dc], [0.5, 0], "x v", "F")
-    return [first, second], wires("a.y -> b.x", "a.w -> b.v", "b.F -> a.F")
 
 
 @pytest.mark.parametrize(

@@ -6,11 +6,11 @@ import math
 
 import numpy as np
 import pytest
-from analytic import couple, dahlquist, linear, wires
 
 from orchestration import CouplingError, SubsystemError
 from orchestration.linear import Linear
 from orchestration.signals import Ramps, Sine, Steps
+from orchestration.stability.systems import couple, dahlquist, linear, wires
 from orchestration.stepping import Doubling, Embedded
 from orchestration.wiring import loops
 
