@@ -100,6 +100,14 @@ def test_what_theory_does_not_cover_is_refused() -> None:
         rod.study("plain", ["rod.closure=inside"])
     with pytest.raises(SceneError, match=r"rod\.tca\.helix"):
         rod.study("plain", ["rod.tca.helix=3"])
+    with pytest.raises(SceneError, match=r"rod\.method = 2"):
+        rod.study("plain", ["rod.dynamic=true", "rod.method=rosenbrock"])
+
+
+@pytest.mark.parametrize("step", [5e-4, 2.8e-3])
+@pytest.mark.parametrize("waveform", ["held", "linear"])
+def test_a_swinging_rod_is_not_taken_for_an_unstable_one(waveform: str, step: float) -> None:
+    assert judged(MOVING, "none", waveform, step, 0.05).kind == "converged"
 
 
 # -- analytic systems

@@ -1,7 +1,7 @@
 """Maps of a scene: macro step against the ratio of stiffnesses k_tca/(EA/L), every point a run of its FMUs.
 
 The TCAs get the measured law, whose stiffness is one parameter. A rod with inertia takes one backward Euler step per
-macro step unless told otherwise: what shows then is the coupling and not the integrator, and theory is exact."""
+macro step: what shows is the coupling and not the integrator, and theory is exact."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from ..scene import Member, Scene, read
 from ..simulate import prepared
 from .study import Panel, Study
 from .theory import Beam, limit
-from .verdict import Verdict, failed, ratio_of_windows, succeeded
+from .verdict import Verdict, alternating_growth, failed, succeeded
 
 __all__ = ["METHODS", "beam", "judge", "study"]
 
@@ -32,21 +32,20 @@ METHODS = (
 )
 OMEGA = 0.25
 STEPS, EXPLICIT_STEPS = 4, 48  # macro steps per run; growth needs many to be seen
-FIRST = ("rod.closure=exchanged", "rod.method=backward_euler")  # a scene's overrides may say otherwise
+FIRST = ("rod.closure=exchanged", "rod.method=backward_euler")
 
 
 def study(source: str, overrides: Sequence[str] = (), points: int = 12) -> Study:
     """points: along each axis. Raises SceneError where the scene has no rod of which theory knows."""
     scene = read(source, [*FIRST, *overrides])
     body = beam(scene)
-    known = not body.dynamic or scene.member("rod").value("method") == 1
     panels = tuple(
         Panel(
             title=f"explicit, {waveform}"
             if method == "none"
             else f"{method}, omega {OMEGA}" * (method == "relaxed") or method,
             judge=partial(judge, source, tuple(overrides), body.stiffness, method, waveform),
-            limit=partial(limit, body, method=method, waveform=waveform, omega=OMEGA) if known else None,
+            limit=partial(limit, body, method=method, waveform=waveform, omega=OMEGA),
             settings={"method": method, "waveform": waveform, "omega": OMEGA},
         )
         for method, waveform in METHODS
@@ -94,7 +93,7 @@ def judge(
             logs = list(ready.steps())
     except CouplingError as error:
         return failed(error, explicit)
-    return succeeded(logs, ratio_of_windows([log.record for log in logs])) if explicit else succeeded(logs)
+    return succeeded(logs, alternating_growth([log.record for log in logs])) if explicit else succeeded(logs)
 
 
 def beam(scene: Scene) -> Beam:
@@ -104,6 +103,8 @@ def beam(scene: Scene) -> Beam:
         raise SceneError(f"{scene.name}: a stability map wants an FMU `rod` of this package in the scene")
     _refuse(rod, "body.profile", 1, "given profiles")
     _refuse(rod, "closure", 2, "a rod that closes its loop itself")
+    if rod.value("dynamic"):
+        _refuse(rod, "method", 1, "other integrators than backward Euler")
     for name in rod.archive.vectors["tca.helix"]:
         _refuse(rod, name, 0.0, "helical TCAs")
     numbers = {

@@ -16,7 +16,7 @@ from ..errors import CouplingError
 from ..iteration import spectral_radius
 from ..master import StepLog
 
-__all__ = ["KINDS", "Verdict", "failed", "ratio_of_windows", "spectral_growth", "succeeded"]
+__all__ = ["KINDS", "Verdict", "alternating_growth", "failed", "spectral_growth", "succeeded"]
 
 KINDS = ("converged", "diverged", "unstable", "slow")
 DELAYS = 3  # steps that a map of states and history reaches back
@@ -29,7 +29,7 @@ class Verdict:
     kind: str  # one of KINDS
     sweeps: float  # mean per macro step; of the step that failed
     gain: float  # estimated loop gain of the last step; nan where nothing is known of it
-    growth: float  # factor of the run's motion per macro step; nan where it was not looked at
+    growth: float  # factor of the run's motion per macro step; nan where it was not looked at or none was seen
 
 
 def succeeded(logs: Sequence[StepLog], growth: float = math.nan) -> Verdict:
@@ -67,10 +67,13 @@ def spectral_growth(record: Sequence[np.ndarray]) -> float:
     return float(np.abs(np.linalg.eigvals(projected)).max())
 
 
-def ratio_of_windows(record: Sequence[np.ndarray]) -> float:
-    """Growth per step of a motion that is driven slowly: rms of the course's second differences, which a ramp does
-    not have, in the last third of a run over that in the middle third."""
-    second = np.linalg.norm(np.diff(np.array(record), n=2, axis=0), axis=1)
+def alternating_growth(record: Sequence[np.ndarray]) -> float:
+    """Growth per step of what changes sign from step to step in a course, as the errors of a lagging loop do: rms of
+    its second differences in the last third of a run over that in the middle third. nan where they keep their sign: only
+    the motion itself is left then, whose swing a short run cannot tell from growth."""
+    second = np.diff(np.array(record), n=2, axis=0)
     third = len(second) // 3
-    middle, last = (np.sqrt(np.mean(second[-k * third :][:third] ** 2)) for k in (2, 1))
-    return float((last / middle) ** (1.0 / third)) if middle > 0.0 else 0.0
+    middle, last = second[-2 * third : -third], second[-third:]
+    if np.sum(last[1:] * last[:-1]) >= 0.0:
+        return math.nan
+    return float((np.linalg.norm(last) / np.linalg.norm(middle)) ** (1.0 / third))
