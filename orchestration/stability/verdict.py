@@ -16,7 +16,7 @@ from ..errors import CouplingError
 from ..iteration import spectral_radius
 from ..master import StepLog
 
-__all__ = ["KINDS", "Verdict", "alternating_growth", "failed", "spectral_growth", "succeeded"]
+__all__ = ["KINDS", "Verdict", "alternating_growth", "failed", "mean_growth", "spectral_growth", "succeeded"]
 
 KINDS = ("converged", "diverged", "unstable", "slow")
 DELAYS = 3  # steps that a map of states and history reaches back
@@ -67,10 +67,15 @@ def spectral_growth(record: Sequence[np.ndarray]) -> float:
     return float(np.abs(np.linalg.eigvals(projected)).max())
 
 
+def mean_growth(record: Sequence[np.ndarray]) -> float:
+    """Per step over the whole course; for runs that die out to the tolerance of their iteration, which shows no map."""
+    return float((np.linalg.norm(record[-1]) / np.linalg.norm(record[0])) ** (1.0 / (len(record) - 1)))
+
+
 def alternating_growth(record: Sequence[np.ndarray]) -> float:
     """Growth per step of what changes sign from step to step in a course, as the errors of a lagging loop do: rms of
-    its second differences in the last third of a run over that in the middle third. nan where they keep their sign: only
-    the motion itself is left then, whose swing a short run cannot tell from growth."""
+    its second differences in the last third of a run over that in the middle third. nan where they keep their sign:
+    only the motion itself is left then, whose swing a short run cannot tell from growth."""
     second = np.diff(np.array(record), n=2, axis=0)
     third = len(second) // 3
     middle, last = second[-2 * third : -third], second[-third:]
