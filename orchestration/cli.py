@@ -17,7 +17,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
-from . import paper, peers, results, stability, timing
+from . import paper, peers, results, ssp, stability, timing
 from .archive import find_fmu
 from .compare import compare
 from .errors import CosimError
@@ -203,14 +203,25 @@ def _worker(scheduler: str | None, workers: int | None, advance: Callable[[], No
 
 
 @app.command()
-def export(folder: Annotated[Path, typer.Argument(help="Where to put them")]) -> None:
-    """Copies thermal.fmu and rod.fmu, to drop into another tool."""
+def export(
+    folder: Annotated[Path | None, typer.Argument(help="Where to put the FMUs")] = None,
+    system: Annotated[
+        Path | None, typer.Option("--ssp", help="An SSP archive to write: FMUs, wiring, parameters")
+    ] = None,
+) -> None:
+    """Copies thermal.fmu and rod.fmu, or writes them wired as scene `step`, to drop into another tool."""
     with _reported():
-        found = [find_fmu(name) for name in ("thermal.fmu", "rod.fmu")]
-        folder.mkdir(parents=True, exist_ok=True)
-        for path in found:
-            shutil.copy2(path, folder)
-            out.print(f"written: {folder / path.name}", highlight=False)
+        if folder is None and system is None:
+            raise CosimError("nothing to export: name a folder for the FMUs, or --ssp FILE.ssp, or both")
+        if folder is not None:
+            found = [find_fmu(name) for name in ("thermal.fmu", "rod.fmu")]
+            folder.mkdir(parents=True, exist_ok=True)
+            for path in found:
+                shutil.copy2(path, folder)
+                out.print(f"written: {folder / path.name}", highlight=False)
+        if system is not None:
+            ssp.write(system)
+            out.print(f"written: {system}", highlight=False)
 
 
 @app.command("list")

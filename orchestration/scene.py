@@ -34,7 +34,7 @@ if sys.version_info >= (3, 11):
 else:
     import tomli as tomllib
 
-__all__ = ["Coupling", "Member", "Scene", "read", "titles"]
+__all__ = ["Coupling", "Member", "Scene", "parameter_sets", "read", "titles"]
 
 Value = float | int | bool | str
 
@@ -108,6 +108,11 @@ _FMUS = {"thermal": "thermal.fmu", "rod": "rod.fmu"}
 def titles() -> dict[str, tuple[str, Path]]:
     """Title and file of every scene that comes with the package, by name; nothing else in them is looked at."""
     return {name: (str(_load(path).raw.get("title", name)), path) for name, path in _shipped("scenes").items()}
+
+
+def parameter_sets() -> tuple[str, ...]:
+    """The names of the parameter sets that come with the package."""
+    return tuple(_shipped("parameters"))
 
 
 def read(source: str | Path, overrides: Sequence[str] = ()) -> Scene:

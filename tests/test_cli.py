@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+import zipfile
 from pathlib import Path
 
 import pytest
@@ -45,8 +46,9 @@ def test_a_scene_file_runs_from_anywhere(tmp_path: Path) -> None:
         (["run", "step", "--set", "rod.order=99"], "allowed: 0 to 7"),
         (["run", "step", "--set", "thermal.tca.offset=4.9 mm"], "thermal: "),
         (["run", "step", "--set", "thermal.V[2]=nan"], "not finite"),
+        (["export"], "--ssp FILE.ssp"),
     ],
-    ids=["scene", "range", "geometry", "nan"],
+    ids=["scene", "range", "geometry", "nan", "export"],
 )
 def test_mistakes_give_one_message_and_no_file(arguments: list[str], said: str, tmp_path: Path) -> None:
     done = tca(*arguments, folder=tmp_path)
@@ -71,5 +73,7 @@ def test_the_failure_scene_names_the_gain_and_keeps_older_results(tmp_path: Path
 def test_export_and_list(tmp_path: Path) -> None:
     assert tca("export", "fmus", folder=tmp_path).returncode == 0
     assert sorted(file.name for file in (tmp_path / "fmus").iterdir()) == ["rod.fmu", "thermal.fmu"]
+    assert tca("export", "--ssp", "there/scene.ssp", folder=tmp_path).returncode == 0
+    assert zipfile.is_zipfile(tmp_path / "there" / "scene.ssp")
     listed = tca("list", folder=tmp_path).stdout
     assert all(name in listed for name in ("step", "switch", "sine", "plain"))

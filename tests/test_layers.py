@@ -21,7 +21,7 @@ ORDER = (
     ("drive",),
     ("check",),
     ("scene",),
-    ("results",),
+    ("results", "ssp"),
     ("simulate",),
     ("compare", "timing"),
     ("monolith",),

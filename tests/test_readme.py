@@ -55,7 +55,14 @@ def test_make_commands() -> None:
 
 def test_commands_in_the_text(place: Path) -> None:
     (place / "mine.toml").write_text('stop_time = "1 s"\n[rod]\ndynamic = false\n')
-    expected = {"tca-cosim run mine.toml": 0, "tca-cosim run plain": 2, "tca-cosim export fmus-here": 0}
+    expected = {
+        "tca-cosim run mine.toml": 0,
+        "tca-cosim run plain": 2,
+        "tca-cosim export fmus-here": 0,
+        "tca-cosim monolith step --set stop_time=5": 0,
+        "tca-cosim modes step --time 20": 0,
+        "tca-cosim export --ssp scene.ssp": 0,
+    }
     assert set(INLINE) == set(expected)
     for command, code in expected.items():
         assert run(command, place).returncode == code
