@@ -3,8 +3,9 @@ line of stdout.
 
 job: fmus [{id, path, reals, integers, booleans (name -> value), outputs [name]}], connections [[id, variable, id,
 variable]], step [s], steps, watch [[id, variable]]. Answer: version, failure ("" if complete), times, watched (steps,
-variables), cpu [s]. CoFmuPy sets and reads everything as Real and reads all outputs; it is helped over both: other
-types are set before it starts, and it is told the wired outputs alone. A job {build: {source, folder}}
+variables), cpu [s]. CoFmuPy sets and reads everything as Real, reads all outputs and leaves the order in a loop to
+chance; it is helped over that: other types are set before it starts, it is told the wired outputs alone, and loops go
+in the order of the job. A job {build: {source, folder}}
 makes an FMU of a source of PythonFMU, which comes with CoFmuPy, and answers with its path."""
 
 from __future__ import annotations
@@ -42,9 +43,9 @@ def run(job: dict) -> dict:
     )
     whole.start_graph_engine(whole.config_parser.graph_config)
     config = whole.config_parser.master_config
-    whole.master = DefaultMaster(
-        config["fmus"], config["connections"], whole.graph_engine.sequence_order, config["cosim_method"], True
-    )
+    names = [fmu["id"] for fmu in job["fmus"]]  # the order in a loop is chance otherwise
+    order = [sorted(loop, key=names.index) for loop in whole.graph_engine.sequence_order]
+    whole.master = DefaultMaster(config["fmus"], config["connections"], order, config["cosim_method"], True)
     for fmu in job["fmus"]:
         handler = whole.master.fmu_handlers[fmu["id"]]
         handler.get_output_names = lambda names=fmu["outputs"]: names
