@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import logging
 from collections.abc import Iterator, Sequence
 
 from dask.distributed import Client, LocalCluster, as_completed
@@ -25,8 +26,15 @@ def spread(
     with contextlib.ExitStack() as stack:
         place: str | LocalCluster | None = scheduler
         if place is None:
-            # One thread each, since a run computes all the time; a port of its own for the dashboard.
-            local = LocalCluster(n_workers=workers, threads_per_worker=1, processes=True, dashboard_address=":0")
+            # One thread each, since a run computes all the time. Failures come as exceptions with the results; what
+            # dask logs besides is of slow goodbyes.
+            local = LocalCluster(
+                n_workers=workers,
+                threads_per_worker=1,
+                processes=True,
+                dashboard_address=":0",
+                silence_logs=logging.CRITICAL,
+            )
             place = stack.enter_context(local)
         try:
             client = stack.enter_context(Client(place))
