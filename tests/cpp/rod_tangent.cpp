@@ -32,6 +32,9 @@ class RodTangent : public testing::TestWithParam<std::tuple<Strains, int, Closur
     p.tca_helix[0] = 40.0;
     return p;
   }
+  /// Random strains of degree 7 vary so fast that the orientation's expansion of order 6 shows: R(q) is not to rounding
+  /// the R whose variation the tangent uses.
+  double bound() const { return std::get<1>(GetParam()) > 4 ? 1e-9 : 1e-10; }
 };
 
 }  // namespace
@@ -56,7 +59,7 @@ TEST_P(RodTangent, IsTheDerivativeOfTheResidual) {
           return out;
         },
         1e-3);
-    EXPECT_LT((along - J * d.q).norm(), 1e-9 * J.norm() * d.q.norm()) << "seed " << seed;
+    EXPECT_LT((along - J * d.q).norm(), bound() * J.norm() * d.q.norm()) << "seed " << seed;
 
     Vector dr;
     rod.rate_derivative(work, d.v, d.a, dr);
@@ -67,7 +70,7 @@ TEST_P(RodTangent, IsTheDerivativeOfTheResidual) {
           return out;
         },
         1e-3);
-    EXPECT_LT((rates - dr).norm(), 1e-9 * rates.norm());
+    EXPECT_LT((rates - dr).norm(), bound() * rates.norm());
   }
 }
 
@@ -88,7 +91,7 @@ TEST_P(RodTangent, StaticToo) {
         return out;
       },
       1e-3);
-  EXPECT_LT((along - J * d.q).norm(), 1e-9 * J.norm() * d.q.norm());
+  EXPECT_LT((along - J * d.q).norm(), bound() * J.norm() * d.q.norm());
 }
 
 TEST_P(RodTangent, KnowsHowLoadsChange) {
@@ -105,7 +108,7 @@ TEST_P(RodTangent, KnowsHowLoadsChange) {
         return out;
       },
       1e-2);
-  EXPECT_LT((along - dr).norm(), 1e-9 * dr.norm());
+  EXPECT_LT((along - dr).norm(), bound() * dr.norm());
 }
 
 INSTANTIATE_TEST_SUITE_P(
