@@ -101,4 +101,9 @@ NewtonResult Newton::solve_far(const Rod& rod, const Stage& stage, const Loads& 
   return result;
 }
 
+void Newton::drift(const Rod& rod, const Loads& loads, const Loads& rates, Vector& v) {
+  rod.load_derivative(work, loads, rates, r_);
+  v = -lu_.solve(r_);  // factored at the last iterate, which differs from the solution by less than the tolerance
+}
+
 }  // namespace rod

@@ -33,6 +33,9 @@ class Newton {
   /// For a stage in which r is linear in x: one step.
   NewtonResult solve_linear(const Rod& rod, const Stage& stage, const Loads& loads, Vector& x);
 
+  /// The rate v of a solution just found by solve() or solve_far() of statics, for loads that change: K v = -dr/dt.
+  void drift(const Rod& rod, const Loads& loads, const Loads& rates, Vector& v);
+
   Work work;  // of the last residual evaluated
 
  private:

@@ -70,7 +70,13 @@ bool accelerate(const Rod& rod, const Loads& loads, State& state, Scratch& scrat
 }
 
 Advance step_static(const Rod& rod, const Inputs& u, double h, State& state, Scratch& scratch) {
-  if (settle(rod, loads_at(u, h), state, scratch)) return {h, ""};
+  const Loads loads = loads_at(u, h);
+  if (settle(rod, loads, state, scratch)) {
+    // The velocity with which the equilibrium moves on: for outputs' rates, without inertia it acts on nothing.
+    scratch.newton.drift(rod, loads, load_rates_at(u, h), scratch.x);
+    state.v = scratch.x;
+    return {h, ""};
+  }
   return {0.0, "no equilibrium found for the inputs at the end of the step (Newton's method and homotopy failed)"};
 }
 

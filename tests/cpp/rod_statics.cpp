@@ -144,6 +144,29 @@ TEST(RodStatics, LongRodsAndStiffActuatorsUnderGravityFindAnEquilibrium) {
   EXPECT_EQ(found, tried);
 }
 
+TEST(RodStatics, QuasiStaticStepsKnowHowTheEquilibriumMoves) {
+  for (Closure closure : {Closure::inside, Closure::exchanged}) {
+    Parameters p;
+    p.closure = closure;
+    Bench bench(p);
+    const auto at = [&](double t) {  // all loads on their way
+      bench.inputs.gravity[0] = {3.0 + 2.0 * t, 2.0, 0.0, 0.0};
+      bench.inputs.T[0] = {p.T_0 + 20.0 + 5.0 * t, 5.0, 0.0, 0.0};
+      for (Polynomial& guess : bench.inputs.delta_guess) guess = {1e-3 + 1e-3 * t, 1e-3, 0.0, 0.0};
+      bench.inputs.tip_force[1] = {1e-3 * t, 1e-3, 0.0, 0.0};
+      EXPECT_EQ(step_static(bench.rod, bench.inputs, 1e-9, bench.state, bench.scratch).reached, 1e-9);
+      return bench.look();
+    };
+    const double e = 1e-4;
+    const Outputs before = at(1.0 - e), here = at(1.0), after = at(1.0 + e);
+    for (std::size_t i = 0; i < tca_count; ++i)
+      EXPECT_NEAR(here.delta_rate[i], (after.delta[i] - before.delta[i]) / (2 * e),
+                  1e-6 * std::abs(here.delta_rate[0]));
+    for (int c = 0; c < 3; ++c)
+      EXPECT_NEAR(here.tip_v[c], (after.tip_p[c] - before.tip_p[c]) / (2 * e), 1e-6 * std::abs(here.tip_v[0]));
+  }
+}
+
 TEST(RodStatics, ViolentLoadsConvergeOrAreRefused) {
   for (double force : {0.5, 5.0, 50.0})
     for (double kelvin : {0.0, 300.0}) {
