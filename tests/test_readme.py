@@ -48,7 +48,9 @@ def test_make_commands() -> None:
     """make test is what runs this; make demo ends with the figure, which another of these tests draws."""
     made = [c for c in COMMANDS if c.startswith("make")]
     assert made == ["make demo", "make test"]
-    dry = subprocess.run(["make", "--no-print-directory", "-n", "demo"], cwd=ROOT, capture_output=True, text=True, check=True)
+    dry = subprocess.run(
+        ["make", "--no-print-directory", "-n", "demo"], cwd=ROOT, capture_output=True, text=True, check=True
+    )
     assert dry.stdout.splitlines()[-1].endswith("tca-cosim paper")
     assert "tca-cosim paper" in COMMANDS
 
