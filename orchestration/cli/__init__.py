@@ -1,0 +1,25 @@
+"""The command line: one file here per command. An error a user can mend is one message and exit code 2."""
+
+from __future__ import annotations
+
+import typer
+
+from . import export, modes, monolith, paper, peers, reference, run, scenes, stability, timing
+
+__all__ = ["app"]
+
+app = typer.Typer(no_args_is_help=True, add_completion=False, help="Co-simulation of soft manipulators driven by TCAs.")
+
+for name, command in {
+    "run": run.command,
+    "timing": timing.command,
+    "paper": paper.command,
+    "export": export.command,
+    "list": scenes.command,
+    "reference": reference.command,
+    "monolith": monolith.command,
+    "modes": modes.command,
+    "stability": stability.command,
+    "peers": peers.command,
+}.items():
+    app.command(name)(command)

@@ -1,0 +1,76 @@
+"""What commands print: one line per mistake, progress, comparisons."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable, Iterator
+
+import typer
+import xarray as xr
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Table
+
+from ..compare import compare
+from ..errors import CosimError
+from ..scene import Scene
+from ..simulate import run as run_scene
+
+__all__ = ["extra", "out", "reported", "run", "show_gaps", "watched", "written"]
+
+out = Console()
+
+
+@contextlib.contextmanager
+def reported() -> Iterator[None]:
+    """Turns an error a user can mend into one message and exit code 2."""
+    try:
+        yield
+    except (CosimError, OSError) as error:
+        Console(stderr=True).print("[bold red]error:[/] ", end="")
+        Console(stderr=True, soft_wrap=True, highlight=False, markup=False).print(str(error))
+        raise typer.Exit(2) from None
+
+
+@contextlib.contextmanager
+def extra(name: str, instead: str = "") -> Iterator[None]:
+    """Around an import that needs the package's extra `name`; `instead` is what else a user can do."""
+    try:
+        yield
+    except ModuleNotFoundError as error:
+        raise CosimError(f"{error}; run pip install 'tca-cosim[{name}]'{instead}") from error
+
+
+def written(*what: object) -> None:
+    """Says which files there are now."""
+    out.print("written: " + ", ".join(map(str, what)), highlight=False)
+
+
+def run(scene: Scene) -> xr.Dataset:
+    """Runs a scene and shows how far it is."""
+    return watched(scene, lambda progress: run_scene(scene, progress))
+
+
+def watched(scene: Scene, solve: Callable[[Callable[[float], None]], xr.Dataset]) -> xr.Dataset:
+    """`solve(progress)`, where progress(time) moves a bar."""
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("{task.completed:.1f}/{task.total:g} s"),
+        TimeRemainingColumn(),
+    )
+    with Progress(*columns, console=out, transient=True) as bar:
+        task = bar.add_task(scene.name, total=scene.stop_time)
+        return solve(lambda time: bar.update(task, completed=time))
+
+
+def show_gaps(a: xr.Dataset, b: xr.Dataset) -> None:
+    """A table of how far two results are apart."""
+    try:
+        gaps = compare(a, b)
+    except ValueError as error:
+        raise CosimError(str(error)) from error
+    table = Table("quantity", "unit", "largest difference", "at [s]", "rms difference", "its range")
+    for gap in gaps:
+        table.add_row(gap.name, gap.unit, f"{gap.most:.3g}", f"{gap.time:g}", f"{gap.rms:.3g}", f"{gap.span:.3g}")
+    out.print(table)

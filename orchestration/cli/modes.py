@@ -1,0 +1,32 @@
+"""tca-cosim modes: natural frequencies."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+from rich.table import Table
+
+from ..scene import read
+from .console import out, reported
+from .options import Overrides, SceneName
+
+__all__ = ["command"]
+
+
+def command(
+    scene: SceneName,
+    override: Overrides = [],  # noqa: B006 (typer copies it)
+    at: Annotated[float, typer.Option("--time", min=0.0, help="When to linearise [s]")] = 0.0,
+    count: Annotated[int, typer.Option(min=1, help="How many, from the lowest frequency on")] = 10,
+) -> None:
+    """Natural frequencies and damping ratios of a scene's small motions."""
+    from .. import monolith  # its solver takes long to load
+
+    with reported():
+        found = monolith.modes(read(scene, override), at)
+        table = Table("mode", "frequency [Hz]", "damping ratio")
+        for k, mode in enumerate(found.modes[:count], 1):
+            table.add_row(str(k), f"{mode.frequency:.6g}", f"{mode.damping:.3g}")
+        out.print(table)
+        out.print(f"{found.states} states; fastest growth {found.growing:.3g} 1/s", highlight=False)

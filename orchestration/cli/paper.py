@@ -1,0 +1,31 @@
+"""tca-cosim paper: Fig. 3."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from rich.table import Table
+
+from .. import paper
+from ..paper import figure
+from ..scene import read
+from .console import out, reported, run, written
+from .options import Folder
+
+__all__ = ["command"]
+
+
+def command(folder: Folder = Path("results")) -> None:
+    """Runs the paper's three scenes; draws its Fig. 3 with the values read off the paper; prints how far apart they
+    are."""
+    with reported():
+        scenes = {name: read(name) for name in paper.SCENES}
+        computed = {name: run(scene) for name, scene in scenes.items()}
+        table = Table("scene", "rms temperature [K]", "rms angle [rad]", "mean sweeps per macro step")
+        for name, result in computed.items():
+            temperature, angle = paper.deviations(result, name)
+            table.add_row(
+                name, f"{temperature:.3f}", f"{angle:.4f}", f"{float(result['coupling.sweeps'][1:].mean()):.2f}"
+            )
+        out.print(table)
+        written(*figure.save(figure.draw(scenes, computed), folder))

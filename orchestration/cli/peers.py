@@ -1,0 +1,27 @@
+"""tca-cosim peers: the release beside other codes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from .. import peers
+from .console import out, reported, written
+from .options import Folder
+
+__all__ = ["command"]
+
+
+def command(
+    folder: Folder = Path("results"),
+    repeats: Annotated[int, typer.Option(min=1, help="Timed rounds; the median counts")] = 5,
+) -> None:
+    """Runs the release of the bare rod beside PyElastica and Exudyn (extra `peers`): CPU time at equal error."""
+    with reported():
+        rows, notes = peers.compare(repeats)
+        out.print(peers.show(rows))
+        out.print(*notes, sep="\n", highlight=False, markup=False, soft_wrap=True)
+        peers.write(rows, notes, folder / "peers.csv")
+        written(folder / "peers.csv")

@@ -1,0 +1,36 @@
+"""tca-cosim reference: a scene solved without the FMUs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from .. import results
+from ..scene import read
+from .console import extra, reported, show_gaps, written
+from .options import Against, Folder, Overrides, SceneName
+
+__all__ = ["command"]
+
+
+def command(
+    scene: SceneName,
+    override: Overrides = [],  # noqa: B006 (typer copies it)
+    folder: Folder = Path("results"),
+    refined: Annotated[bool, typer.Option(help="Finer in space and time, as a check of itself")] = False,
+    against: Against = None,
+) -> None:
+    """Solves a scene independently of the FMUs (extra `reference`); writes NAME.reference.nc."""
+    with reported():
+        with extra("reference"):
+            from .. import reference  # scikit-fem
+        described = read(scene, override)
+        other = results.read(against) if against else None
+        resolution = reference.Resolution().refined() if refined else reference.Resolution()
+        solved = reference.run(described, resolution, None if other is None else other["time"].to_numpy())
+        results.write(solved, folder / f"{described.name}.reference.nc")
+        written(folder / f"{described.name}.reference.nc")
+        if other is not None:
+            show_gaps(other, solved)

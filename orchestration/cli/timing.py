@@ -1,0 +1,35 @@
+"""tca-cosim timing: where the time goes."""
+
+from __future__ import annotations
+
+import time
+from typing import Annotated
+
+import typer
+from rich.table import Table
+
+from .. import timing
+from ..scene import read
+from .console import out, reported
+from .options import Overrides, SceneName
+
+__all__ = ["command"]
+
+
+def command(
+    scene: SceneName,
+    override: Overrides = [],  # noqa: B006 (typer copies it)
+    repeats: Annotated[int, typer.Option(min=1, help="Runs, of which the fastest counts")] = 5,
+) -> None:
+    """Where the time of a run goes: loading, the FMUs, the master."""
+    with reported():
+        begin = time.thread_time()
+        described = read(scene, override)
+        table = Table("what", "time")
+        table.add_row("reading the scene and the FMUs' XML", f"{1e3 * (time.thread_time() - begin):.1f} ms")
+        found = timing.measure(described, repeats)
+        table.add_row("loading the FMUs, to the first step", f"{1e3 * found.load:.1f} ms")
+        table.add_row(f"run, {found.steps} macro steps of {found.sweeps:.2f} sweeps", f"{1e3 * found.run:.1f} ms")
+        table.add_row("of that inside the FMUs", f"{1e3 * found.fmus:.1f} ms")
+        table.add_row("master, per macro step", f"{1e6 * found.overhead:.0f} us")
+        out.print(table)
