@@ -49,15 +49,15 @@ def collect(
     """The Dataset of a run. recorded: per member the variables of its rows; first: its rows at the start; status:
     'complete', or why the run ended early."""
     times = np.array([0.0, *(log.time for log in logs)])
-    dataset = xr.Dataset(coords={"time": ("time", times, {"units": "s", "long_name": "time"})})
+    found = {}  # at once, since a Dataset that grows aligns everything in it anew with every variable
     for name, variables in recorded.items():
         rows = np.array([first[name], *(log.record[name] for log in logs)])
-        _add_variables(dataset, name, variables, rows)
+        found |= _arrays(name, variables, rows)
     for key, column in _log_columns(logs).items():
         unit, text = _LOG[key]
-        dataset[f"coupling.{key}"] = ("time", column, {"units": unit, "long_name": text})
-    dataset.attrs = about(scene, status)
-    return dataset
+        found[f"coupling.{key}"] = ("time", column, {"units": unit, "long_name": text})
+    coordinate = {"time": ("time", times, {"units": "s", "long_name": "time"})}
+    return xr.Dataset(found, coordinate, about(scene, status))
 
 
 def scalars(dataset: xr.Dataset) -> dict[str, tuple[np.ndarray, str]]:
@@ -125,12 +125,14 @@ def versions() -> dict[str, str]:
     return {"tca-cosim": own, "fmpy": fmpy.__version__, "python": platform.python_version(), "numpy": np.__version__}
 
 
-def _add_variables(dataset: xr.Dataset, member: str, variables: Sequence[Variable], rows: np.ndarray) -> None:
+def _arrays(member: str, variables: Sequence[Variable], rows: np.ndarray) -> dict[str, Any]:
+    """Name -> dimensions, values, attributes; scalars of one vector in one array. rows: (time, variable)."""
     groups: dict[str, list[tuple[tuple[int, ...], int]]] = {}
     for k, variable in enumerate(variables):
         match = _INDEXED.fullmatch(variable.name)
         base, index = (match[1], tuple(int(i) for i in match[2].split(","))) if match else (variable.name, ())
         groups.setdefault(base, []).append((index, k))
+    found = {}
     for base, elements in groups.items():
         shape = tuple(max(index[d] for index, _ in elements) for d in range(len(elements[0][0])))
         values = np.full((len(rows), *shape), np.nan)
@@ -138,7 +140,8 @@ def _add_variables(dataset: xr.Dataset, member: str, variables: Sequence[Variabl
             values[(slice(None), *(i - 1 for i in index))] = rows[:, k]
         about = variables[elements[0][1]]
         attributes = {"units": about.unit, "long_name": about.description, "causality": about.causality}
-        dataset[f"{member}.{base}"] = (("time", *(f"index{n}" for n in shape)), values, attributes)
+        found[f"{member}.{base}"] = (("time", *(f"index{n}" for n in shape)), values, attributes)
+    return found
 
 
 def _log_columns(logs: Sequence[StepLog]) -> dict[str, np.ndarray]:

@@ -10,6 +10,7 @@ import orchestration
 FOLDER = Path(orchestration.__file__).parent
 ORDER = (
     ("errors", "units", "signals", "subsystem"),
+    ("spread",),
     ("archive", "linear", "wiring"),
     ("instance",),
     ("slave",),

@@ -13,8 +13,8 @@ import xarray as xr
 from dask.distributed import LocalCluster
 
 from orchestration import SceneError, read, results
+from orchestration.spread import spread
 from orchestration.stability import KINDS, Study, Verdict, chart, oscillators, rod, sweep
-from orchestration.stability.cluster import spread
 from orchestration.stability.theory import Beam, limit
 
 MOVING = ("rod.dynamic=true",)

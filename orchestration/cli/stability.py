@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -12,8 +10,9 @@ from rich.progress import Progress
 
 from .. import results, stability
 from ..errors import CosimError
-from .console import extra, out, reported, written
+from .console import out, reported, written
 from .options import Folder, Overrides
+from .workers import Scheduler, Workers, worker
 
 __all__ = ["command"]
 
@@ -23,8 +22,8 @@ def command(
     override: Overrides = [],  # noqa: B006 (typer copies it)
     folder: Folder = Path("results"),
     points: Annotated[int, typer.Option(min=2, max=200, help="Along each axis")] = 12,
-    scheduler: Annotated[str | None, typer.Option(help="Address of a dask scheduler; default: processes here")] = None,
-    workers: Annotated[int | None, typer.Option(min=0, help="Processes here; 0: this one, without dask")] = None,
+    scheduler: Scheduler = None,
+    workers: Workers = None,
 ) -> None:
     """Maps where each coupling method fails over macro step and stiffness ratio, with the limits of theory (extra
     `sweep`); writes NAME.stability.nc, .png, .svg."""
@@ -35,23 +34,7 @@ def command(
         study = stability.oscillators.study(points) if oscillators else stability.rod.study(scene, override, points)
         with Progress(*Progress.get_default_columns(), console=out, transient=True) as bar:
             task = bar.add_task(study.name, total=len(study.panels) * points)
-            found = stability.sweep(study, _worker(scheduler, workers, lambda: bar.advance(task)))
+            found = stability.sweep(study, worker(scheduler, workers, lambda _: bar.advance(task)))
         results.write(found, folder / f"{study.name}.nc")
         stability.chart.save(stability.chart.draw(found), folder, study.name)
         written(folder / f"{study.name}.nc", ".png", ".svg")
-
-
-def _worker(scheduler: str | None, workers: int | None, advance: Callable[[], None]) -> stability.Worker:
-    if workers == 0 and scheduler is None:
-        spread = stability.serial
-    else:
-        with extra("sweep", ", or add --workers 0"):
-            from ..stability import cluster  # dask
-        spread = partial(cluster.spread, scheduler=scheduler, workers=workers)
-
-    def watched(rows: Sequence[stability.Row]) -> Iterator[tuple[int, list[stability.Verdict]]]:
-        for found in spread(rows):
-            yield found
-            advance()
-
-    return watched

@@ -4,10 +4,10 @@ that theory gives.
     chart.save(chart.draw(sweep(rod.study("plain", ["rod.dynamic=true"]))), Path("results"), "plain.stability")
 
 verdict: how a run is judged; systems: analytic systems with known limits; theory: limits of the rod; rod, oscillators:
-the two kinds of maps; study: a map's axes, panels and file; cluster: work spread by dask; chart: the drawing."""
+the two kinds of maps; study: a map's axes, panels and file; chart: the drawing."""
 
 from . import chart, oscillators, rod
-from .study import Panel, Row, Study, Worker, serial, sweep
+from .study import Panel, Row, Study, sweep
 from .verdict import KINDS, Verdict
 
 __all__ = [
@@ -16,10 +16,8 @@ __all__ = [
     "Row",
     "Study",
     "Verdict",
-    "Worker",
     "chart",
     "oscillators",
     "rod",
-    "serial",
     "sweep",
 ]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
@@ -12,12 +12,12 @@ import numpy as np
 import xarray as xr
 
 from ..results import versions
+from ..spread import Worker, serial
 from .verdict import KINDS, Verdict
 
-__all__ = ["Panel", "Row", "Study", "Worker", "serial", "sweep"]
+__all__ = ["Panel", "Row", "Study", "sweep"]
 
 Row = Callable[[], list[Verdict]]
-Worker = Callable[[Sequence[Row]], Iterable[tuple[int, list[Verdict]]]]  # (number of the row, its verdicts), any order
 
 
 @dataclass(frozen=True)
@@ -43,13 +43,7 @@ class Study:
     settings: Mapping[str, Any]
 
 
-def serial(rows: Sequence[Row]) -> Iterator[tuple[int, list[Verdict]]]:
-    """In this process, one after the other."""
-    for number, row in enumerate(rows):
-        yield number, row()
-
-
-def sweep(study: Study, worker: Worker = serial) -> xr.Dataset:
+def sweep(study: Study, worker: Worker[list[Verdict]] = serial) -> xr.Dataset:
     """Every point of every panel: verdict (a flag), sweeps, gain, growth (panel, step, strength); limit (panel, step)
     of theory."""
     shape = len(study.panels), len(study.steps), len(study.strengths)
