@@ -8,7 +8,7 @@ import math
 import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, lru_cache
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -18,7 +18,7 @@ from fmpy.model_description import ModelDescription, ModelVariable, read_model_d
 
 from .errors import SceneError
 
-__all__ = ["Archive", "Variable", "find_fmu", "similar"]
+__all__ = ["Archive", "Variable", "find_fmu", "kept", "similar"]
 
 
 @dataclass(frozen=True)
@@ -90,6 +90,24 @@ class Archive:
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+
+class _Kept(Archive):
+    """Stays extracted until the process ends."""
+
+    def close(self) -> None:
+        pass
+
+
+def kept(path: Path) -> Archive:
+    """The archive of that file, read and extracted once per process and file content: for many runs."""
+    about = path.stat()
+    return _kept(path, about.st_mtime_ns, about.st_size)
+
+
+@lru_cache(maxsize=16)
+def _kept(path: Path, changed: int, size: int) -> Archive:
+    return _Kept(path)
 
 
 def find_fmu(name: str, near: Path | None = None) -> Path:

@@ -1,21 +1,15 @@
 """A scene: what is run, as data. TOML in, frozen dataclasses out, checked against the FMUs' own XML.
 
-    title, stop_time [s]
-    parameters   name of a set or file                default: fig3
-    connections  ["thermal.T -> rod.T", ...]          default: DEFAULT_WIRING
-    [fmus]       name = "file.fmu", in sweep order    default: thermal and rod
-    [NAME]       variable = value                     parameters and inputs of that FMU; inputs may be signals
-    [coupling]   the fields of Coupling
-
-Vectors may be given whole, V = [0, 1.5, 3], or as one value for all elements. Numbers are in the variable's unit, texts
-carry one, such as "40 mm". Connected variables have one unit; where an FMU declares none, any fits.
+KEYS says what a scene may have, Coupling what its table [coupling] may. Vectors may be given whole, V = [0, 1.5, 3], or
+as one value for all elements. Numbers are in the variable's unit, texts carry one, such as "40 mm". Connected
+variables have one unit; where an FMU declares none, any fits.
 """
 
 from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import MISSING, dataclass, field, fields
+from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -26,6 +20,7 @@ from .check import Layer
 from .errors import SceneError
 from .exchange import METHODS as EXCHANGES
 from .iteration import METHODS as ITERATIONS
+from .settings import setting, settings
 from .signals import Signal
 from .wiring import Connection
 
@@ -34,36 +29,29 @@ if sys.version_info >= (3, 11):
 else:
     import tomli as tomllib
 
-__all__ = ["Coupling", "Member", "Scene", "parameter_sets", "read", "titles"]
+__all__ = ["KEYS", "Coupling", "Member", "Scene", "parameter_sets", "read", "titles"]
 
 Value = float | int | bool | str
-
-
-def _setting(
-    default: Any, unit: str = "1", least: float = 0.0, most: float = float("inf"), choices: Sequence[str] = ()
-) -> Any:
-    kind = "Enumeration" if choices else {int: "Integer", float: "Real"}[type(default)]
-    dimension = {unit: 1} if unit != "1" else {}
-    about = Variable("", 0, kind, "parameter", "fixed", "", unit, dimension, 1.0, least, most, default, tuple(choices))
-    return field(default=default, metadata={"about": about})
 
 
 @dataclass(frozen=True)
 class Coupling:
     """How the master couples. Tolerances are shares of the FMI nominals."""
 
-    macro_step: float = _setting(0.1, "s", least=1e-9)
-    schedule: str = _setting("gauss_seidel", choices=("gauss_seidel", "jacobi"))
-    method: str = _setting("iqn", choices=("none", *ITERATIONS))  # none: explicit, one sweep
-    omega: float = _setting(0.25, least=1e-3, most=2.0)  # first or constant relaxation, in methods that have one
-    exchange: str = _setting("hermite", choices=tuple(EXCHANGES))  # of values known at both ends of a step
-    waveform: str = _setting("linear", choices=tuple(EXCHANGES))  # of torn connections
-    tolerance: float = _setting(1e-6, least=1e-14, most=1.0)  # of the estimated coupling error
-    max_sweeps: int = _setting(30, least=2, most=1000)
-    halvings: int = _setting(6, least=0, most=30)  # of the macro step, when it fails
-    reach: float = _setting(10.0, least=1e-3)  # how far a guess may go from the start of a step, in nominals
-    control: str = _setting("fixed", choices=("fixed", "doubling", "embedded"))
-    step_tolerance: float = _setting(1e-4, least=1e-13, most=1.0)  # where the control adapts the step
+    macro_step: float = setting(0.1, "length of a macro step, or its first length where `control` adapts it", "s", 1e-9)
+    schedule: str = setting(
+        "gauss_seidel", "order inside a loop: one after the other, or all at once", choices=("gauss_seidel", "jacobi")
+    )
+    method: str = setting("iqn", "how a loop is solved; none: explicit, one sweep", choices=("none", *ITERATIONS))
+    omega: float = setting(0.25, "relaxation of the first sweeps, or of all where `method` is relaxed", "1", 1e-3, 2.0)
+    exchange: str = setting("hermite", "course of inputs known at both ends of a step", choices=tuple(EXCHANGES))
+    waveform: str = setting("linear", "course of inputs that a loop iterates", choices=tuple(EXCHANGES))
+    tolerance: float = setting(1e-6, "of the estimated coupling error, share of the nominals", "1", 1e-14, 1.0)
+    max_sweeps: int = setting(30, "sweeps of a loop before its step fails", least=2, most=1000)
+    halvings: int = setting(6, "of a macro step that fails, before the run does", least=0, most=30)
+    reach: float = setting(10.0, "how far a guess may go from the start of a step, in nominals", "1", 1e-3)
+    control: str = setting("fixed", "length of macro steps", choices=("fixed", "doubling", "embedded"))
+    step_tolerance: float = setting(1e-4, "error per step where `control` adapts it", "1", 1e-13, 1.0)
 
 
 @dataclass(frozen=True)
@@ -101,7 +89,16 @@ DEFAULT_WIRING: tuple[tuple[str, str, Callable[[Scene], bool]], ...] = (
     ("rod.delta", "rod.delta_guess", lambda scene: scene.member("rod").value("closure") == 2),
     ("rod.delta", "thermal.delta", lambda scene: scene.member("thermal").value("tca.beta") != 0.0),
 )
-_TOP = ("title", "stop_time", "parameters", "connections", "fmus", "coupling")
+KEYS = {
+    "title": "one line of text",
+    "stop_time": "[s], such as '30 s'; the one key that must be there",
+    "parameters": "name of a parameter set, or a file; default: fig3",
+    "connections": "list of 'fmu.output -> fmu.input'; default: what the FMUs need of each other",
+    "fmus": "table of name = 'file.fmu', in sweep order; default: thermal and rod",
+    "coupling": "table of the settings of the master",
+    "NAME": "table of the FMU of that name: its parameters, and its inputs as constants or signals",
+}
+_TOP = tuple(key for key in KEYS if key != "NAME")
 _FMUS = {"thermal": "thermal.fmu", "rod": "rod.fmu"}
 
 
@@ -115,9 +112,10 @@ def parameter_sets() -> tuple[str, ...]:
     return tuple(_shipped("parameters"))
 
 
-def read(source: str | Path, overrides: Sequence[str] = ()) -> Scene:
+def read(source: str | Path, overrides: Sequence[str] = (), archive: Callable[[Path], Archive] = Archive) -> Scene:
     """The scene of that name or file. overrides: 'key=value' as in a scene, such as 'rod.order=2',
-    'coupling.macro_step=0.05 s'. Raises SceneError, which names file, key, value and remedy."""
+    'coupling.macro_step=0.05 s'. archive: opens an FMU; archive.kept for many runs in one process. Raises SceneError,
+    which names file, key, value and remedy."""
     path = _find(source, "scenes", "scene")
     layers = [_load(path)]
     if overrides:
@@ -129,7 +127,7 @@ def read(source: str | Path, overrides: Sequence[str] = ()) -> Scene:
             "parameters", parameter_set[0], f"wrong type; {similar('', list(_shipped('parameters')))}"
         )
     base = _load(_find(parameter_set[0], "parameters", "parameter set", path.parent))
-    members = _members(top, [base, *layers], path.parent)
+    members = _members(top, [base, *layers], path.parent, archive)
     stop_raw, stop_layer = top.get("stop_time", (None, layers[0]))
     if stop_raw is None:
         stop_layer.refuse("stop_time", None, "missing; add for example stop_time = '30 s'")
@@ -195,7 +193,9 @@ def _merge_top(layers: Sequence[Layer]) -> dict[str, tuple[Any, Layer]]:
     return {key: (value, layer) for layer in layers for key, value in layer.raw.items()}
 
 
-def _members(top: Mapping[str, tuple[Any, Layer]], layers: Sequence[Layer], folder: Path) -> tuple[Member, ...]:
+def _members(
+    top: Mapping[str, tuple[Any, Layer]], layers: Sequence[Layer], folder: Path, archive: Callable[[Path], Archive]
+) -> tuple[Member, ...]:
     given = [layer.raw["fmus"] for layer in layers if "fmus" in layer.raw]
     where = top["fmus"][1] if given else layers[-1]
     for table in given:
@@ -216,7 +216,7 @@ def _members(top: Mapping[str, tuple[Any, Layer]], layers: Sequence[Layer], fold
                     None,
                     f"unknown {'section' if isinstance(value, Mapping) else 'key'}; {similar(key, (*_TOP, *files))}",
                 )
-    return tuple(_member(name, Archive(find_fmu(file, folder)), layers) for name, file in files.items())
+    return tuple(_member(name, archive(find_fmu(file, folder)), layers) for name, file in files.items())
 
 
 def _member(name: str, archive: Archive, layers: Sequence[Layer]) -> Member:
@@ -265,18 +265,11 @@ def _elements(layer: Layer, member: str, key: str, raw: Any, archive: Archive) -
 
 
 def _coupling(layers: Sequence[Layer]) -> Coupling:
-    declared = {f.name: f.metadata["about"] for f in fields(Coupling) if f.default is not MISSING}
-    settings: dict[str, Any] = {}
-    for layer in layers:
-        table = layer.raw.get("coupling", {})
+    tables = [(layer, layer.raw.get("coupling", {})) for layer in layers]
+    for layer, table in tables:
         if not isinstance(table, Mapping):
             layer.refuse("coupling", table, "wants a table [coupling]")
-        for key, raw in table.items():
-            if key not in declared:
-                layer.refuse(f"coupling.{key}", raw, f"unknown; {similar(key, list(declared))}")
-            value = check.scalar(layer, f"coupling.{key}", raw, declared[key])
-            settings[key] = declared[key].items[value - 1] if declared[key].items else value
-    return Coupling(**settings)
+    return settings(Coupling, tables, "coupling.")
 
 
 def _wired(scene: Scene, given: tuple[Any, Layer] | None) -> Scene:

@@ -21,6 +21,7 @@ ORDER = (
     ("stepping",),
     ("drive",),
     ("check",),
+    ("settings",),
     ("scene",),
     ("results", "ssp"),
     ("simulate",),
