@@ -13,13 +13,32 @@ from typing import Any, NoReturn
 from . import units
 from .archive import Variable, similar
 from .errors import SceneError
-from .signals import Constant, Ramps, Signal, Sine, Steps
+from .signals import Constant, Impulse, Ramps, Signal, Sine, Steps, pulses
 
 __all__ = ["SIGNALS", "TIME", "Layer", "number", "scalar", "signal"]
 
 TIME = Variable("time", 0, "Real", "local", "fixed", "", "s", {"s": 1})
 _ANGLE = Variable("phase", 0, "Real", "local", "fixed", "", "rad", {"rad": 1})
-SIGNALS = ("steps", "ramps", "sine")
+# Signals given as a table: entry -> what it is, and its default where it may be left out.
+_SHAPES: dict[str, dict[str, tuple[str, float | None]]] = {
+    "sine": {
+        "offset": ("value", 0.0),
+        "amplitude": ("difference", None),
+        "period": ("length", None),
+        "phase": ("angle", 0.0),
+    },
+    "impulse": {"peak": ("value", None), "width": ("length", None), "start": ("time", 0.0)},
+    "pulses": {
+        "low": ("value", 0.0),
+        "high": ("value", None),
+        "width": ("length", None),
+        "period": ("length", None),
+        "count": ("count", None),
+        "start": ("time", 0.0),
+    },
+}
+SIGNALS = ("steps", "ramps", *_SHAPES)
+MOST_PULSES = 100_000
 
 
 @dataclass(frozen=True)
@@ -99,15 +118,15 @@ def scalar(layer: Layer, key: str, raw: Any, variable: Variable) -> float | int 
 
 
 def signal(layer: Layer, key: str, raw: Any, variable: Variable) -> Signal:
-    """A constant, {steps = [[t, value], ...]}, {ramps = [[t, value], ...]} or {sine = {offset, amplitude, period,
-    phase}}."""
+    """A constant, {steps = [[t, value], ...]}, {ramps = [[t, value], ...]}, or a table of _SHAPES: {sine = {offset,
+    amplitude, period, phase}}, {impulse = {peak, width}}, {pulses = {high, width, period, count}}."""
     if not isinstance(raw, Mapping):
         return Constant(float(scalar(layer, key, raw, variable)))
     if len(raw) != 1 or next(iter(raw)) not in SIGNALS:
         layer.refuse(key, dict(raw), f"not a signal; give a constant or one of {', '.join(SIGNALS)}")
     ((kind, about),) = raw.items()
-    if kind == "sine":
-        return _sine(layer, key, about, variable)
+    if kind in _SHAPES:
+        return _shaped(layer, key, kind, about, variable)
     if not (isinstance(about, list) and about and all(isinstance(pair, list) and len(pair) == 2 for pair in about)):
         layer.refuse(key, about, f"{kind} wants a list of pairs [time, value]")
     times = tuple(number(layer, key, pair[0], TIME) for pair in about)
@@ -117,28 +136,41 @@ def signal(layer: Layer, key: str, raw: Any, variable: Variable) -> Signal:
     return Steps(times, values) if kind == "steps" else Ramps(times, values)
 
 
-def _sine(layer: Layer, key: str, about: Any, variable: Variable) -> Sine:
-    names = ("offset", "amplitude", "period", "phase")
+def _shaped(layer: Layer, key: str, kind: str, about: Any, variable: Variable) -> Signal:
+    """A signal that is given as a table of numbers."""
+    shape = _SHAPES[kind]
     if not isinstance(about, Mapping):
-        layer.refuse(key, about, f"sine wants a table with {', '.join(names)}")
+        layer.refuse(key, about, f"{kind} wants a table with {', '.join(shape)}")
     for name in about:
-        if name not in names:
-            layer.refuse(f"{key}.sine.{name}", about[name], f"unknown; {similar(name, names)}")
-    for name in ("amplitude", "period"):
-        if name not in about:
-            layer.refuse(key, dict(about), f"sine without {name}; add it")
-    period = number(layer, key, about["period"], TIME)
-    if period <= 0.0:
-        layer.refuse(key, about["period"], "a period is positive")
-    wave = Sine(
-        offset=number(layer, key, about.get("offset", 0.0), variable, difference=False),
-        amplitude=number(layer, key, about["amplitude"], variable, difference=True),
-        period=period,
-        phase=number(layer, key, about.get("phase", 0.0), _ANGLE),
-    )
-    for value in wave.extremes:
+        if name not in shape:
+            layer.refuse(f"{key}.{kind}.{name}", about[name], f"unknown; {similar(name, tuple(shape))}")
+    for name, (_, default) in shape.items():
+        if name not in about and default is None:
+            layer.refuse(key, dict(about), f"{kind} without {name}; add it")
+    given = {n: _entry(layer, key, n, what, about.get(n, default), variable) for n, (what, default) in shape.items()}
+    if kind == "pulses":
+        if given["width"] >= given["period"]:
+            layer.refuse(key, dict(about), "pulses overlap; make width shorter than period")
+        return pulses(**{**given, "count": int(given["count"])})
+    made = Sine(**given) if kind == "sine" else Impulse(**given)
+    for value in made.extremes:
         _in_range(layer, key, dict(about), value, variable)
-    return wave
+    return made
+
+
+def _entry(layer: Layer, key: str, name: str, what: str, raw: Any, variable: Variable) -> float:
+    if what == "count":
+        if isinstance(raw, bool) or not isinstance(raw, int) or not 1 <= raw <= MOST_PULSES:
+            layer.refuse(key, raw, f"{name} wants a whole number from 1 to {MOST_PULSES}")
+        return raw
+    if what in ("value", "difference"):
+        return number(layer, key, raw, variable, difference=what == "difference")
+    found = number(layer, key, raw, _ANGLE if what == "angle" else TIME)
+    if what == "length" and found <= 0.0:
+        layer.refuse(key, raw, f"a {name} is positive")
+    if what == "time" and found < 0.0:
+        layer.refuse(key, raw, f"{name} is before the run; allowed: 0 s or later")
+    return found
 
 
 def _in_range(layer: Layer, key: str, raw: Any, value: float, variable: Variable) -> None:

@@ -1,7 +1,8 @@
-"""Inputs as functions of time: constant, steps, ramps, sine. Values are in the variable's own unit, times in s.
+"""Inputs as functions of time: constant, steps, ramps, sine, half-sine impulse, pulses. Values are in the variable's
+own unit, times in s.
 
 polynomial(t, h) gives (c0, c1, c2, c3) of u(t+s) = c0 + c1 s + c2 s^2/2 + c3 s^3/6 over a macro step that crosses no
-break: exact for constant, steps and ramps, the cubic Hermite interpolant for the sine (relative error (omega
+break: exact for constant, steps and ramps, the cubic Hermite interpolant for sines (relative error (omega
 h)^4/384)."""
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ from bisect import bisect_right
 from dataclasses import dataclass
 from typing import Protocol
 
-__all__ = ["Constant", "Ramps", "Signal", "Sine", "Steps"]
+__all__ = ["Constant", "Impulse", "Ramps", "Signal", "Sine", "Steps", "pulses"]
 
 Polynomial = tuple[float, float, float, float]
 
@@ -108,3 +109,32 @@ class Sine:
         mean = (b - a) / h
         cubic = (da + db - 2.0 * mean) / (h * h)
         return (a, da, 2.0 * ((mean - da) / h - cubic * h), 6.0 * cubic)
+
+
+@dataclass(frozen=True)
+class Impulse:
+    """Half a sine wave, peak sin(pi (t - start)/width) for start < t < start + width; 0 outside."""
+
+    peak: float
+    width: float  # [s]
+    start: float = 0.0  # [s]
+
+    @property
+    def breaks(self) -> tuple[float, ...]:
+        return (self.start, self.start + self.width)
+
+    @property
+    def extremes(self) -> tuple[float, ...]:
+        return (0.0, self.peak)
+
+    def polynomial(self, t: float, h: float) -> Polynomial:
+        if not self.start < t + 0.5 * h < self.start + self.width:
+            return (0.0, 0.0, 0.0, 0.0)
+        return Sine(0.0, self.peak, 2.0 * self.width, -math.pi * self.start / self.width).polynomial(t, h)
+
+
+def pulses(low: float, high: float, width: float, period: float, count: int, start: float = 0.0) -> Steps:
+    """A train of `count` rectangular pulses, `high` for `width` [s] once every `period` [s] from `start` [s] on."""
+    times = [start + k * period + edge for k in range(count) for edge in (0.0, width)]
+    values = [high, low] * count
+    return Steps(tuple(times), tuple(values)) if start <= 0.0 else Steps((0.0, *times), (low, *values))

@@ -58,6 +58,26 @@ def test_the_scenes_of_the_paper_agree(scene: str) -> None:
     np.testing.assert_allclose(coupled["thermal.V"], alone["thermal.V"], atol=1e-12)
 
 
+@pytest.mark.parametrize(
+    ("scene", "stop", "apart"),
+    [
+        ("drop", 0.2, 1e-7),
+        ("tap", 0.1, 1e-6),
+        ("pulse", 0.6, 1e-7),
+        ("hang", 60, 1e-7),
+        ("load", 12, 1e-7),
+        ("push", 20, 1e-7),
+    ],
+)
+def test_scenes_with_loads_and_impulses_agree(scene: str, stop: float, apart: float) -> None:
+    """Largest distance of the tips [m]. The blow of `tap` is a cubic per macro step to the co-simulation."""
+    described = read(scene, [f"stop_time={stop}"])
+    coupled = run(described)
+    alone = monolith.run(described, 1e-9, coupled["time"].to_numpy())
+    assert float(np.abs(coupled["rod.tip.p"] - alone["rod.tip.p"]).max()) < apart
+    assert float(np.ptp(coupled["rod.tip.p"].to_numpy(), axis=0).max()) > 1e-4  # something happens
+
+
 def test_quasi_static_feedback_is_solved_within_every_evaluation() -> None:
     """A rod at rest has no rates, so its waveform is the linear one: order 2."""
     times = np.linspace(0.0, 1.0, 6)

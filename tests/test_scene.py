@@ -8,7 +8,7 @@ import pytest
 
 import orchestration as tca
 from orchestration import scene as scenes
-from orchestration.signals import Constant, Ramps, Sine, Steps
+from orchestration.signals import Constant, Impulse, Ramps, Sine, Steps
 
 GOOD = """
 stop_time = "30 s"
@@ -32,8 +32,9 @@ def test_shipped_scenes_are_read() -> None:
     for name in tca.titles():
         scene = tca.read(name)
         assert scene.title
-        assert scene.member("rod").value("closure") == 2
-        assert len(scene.connections) == (9 if name == "feedback" else 6)
+        moving = name in ("drop", "tap", "pulse")  # close the loop inside the rod
+        assert scene.member("rod").value("closure") == (1 if moving else 2)
+        assert len(scene.connections) == (3 if moving else 9 if name == "feedback" else 6)
 
 
 def test_the_switch_is_an_event() -> None:
@@ -41,6 +42,15 @@ def test_the_switch_is_an_event() -> None:
     assert signals["V[1]"] == Steps((0.0, 15.0), (3.0, 0.0))
     assert signals["V[1]"].breaks == (15.0,)
     assert signals["V[3]"] == Constant(0.0)
+
+
+def test_impulses_and_pulses_are_signals() -> None:
+    assert tca.read("tap").member("rod").signals["tip_force[1]"] == Impulse(peak=0.02, width=0.02, start=0.05)
+    train = tca.read("pulse").member("thermal").signals["V[3]"]
+    assert train.times == pytest.approx([k + edge for k in range(10) for edge in (0.0, 0.2)])
+    assert train.values == (3.0, 0.0) * 10
+    late = tca.read("pulse", ["thermal.V[3]={pulses={low=1,high=3,width=0.2,period=1,count=2,start=0.5}}"])
+    assert late.member("thermal").signals["V[3]"] == Steps((0.0, 0.5, 0.7, 1.5, 1.7), (1.0, 3.0, 1.0, 3.0, 1.0))
 
 
 @pytest.mark.parametrize("name", ["fig3", "literature", "paper_literal", "measured"])
@@ -130,10 +140,27 @@ SLIPS = {
     "zero step": ('"0.1 s"', "0.0", ["coupling.macro_step", "out of range"]),
     "parameter set": ("[thermal]", 'parameters = "fig4"\n[thermal]', ["fig4", "did you mean 'fig3'"]),
     "signal on a parameter": ("dynamic = false", "order = { steps = [[0, 1]] }", ["rod.order", "whole number"]),
-    "unknown signal": ('"1.5 V"', "{ step = [[0, 1]] }", ["thermal.V[2]", "steps, ramps, sine"]),
+    "unknown signal": ('"1.5 V"', "{ step = [[0, 1]] }", ["thermal.V[2]", "steps, ramps, sine, impulse, pulses"]),
     "signal backwards": ('"1.5 V"', "{ steps = [[1, 1], [0, 2]] }", ["thermal.V[2]", "times must increase"]),
     "sine without period": ('"1.5 V"', "{ sine = { amplitude = 1 } }", ["thermal.V[2]", "without period"]),
     "sine typo": ('"1.5 V"', "{ sine = { amplitude = 1, perod = 2 } }", ["perod", "did you mean 'period'"]),
+    "impulse of no width": ('"1.5 V"', "{ impulse = { peak = 1, width = 0 } }", ["thermal.V[2]", "width is positive"]),
+    "impulse before the run": ('"1.5 V"', "{ impulse = { peak = 1, width = 1, start = -1 } }", ["-1", "0 s or later"]),
+    "impulse out of range": (
+        "dynamic = false",
+        "T = { impulse = { peak = -1, width = 1 } }",
+        ["rod.T[1]", "out of range"],
+    ),
+    "half a pulse": (
+        '"1.5 V"',
+        "{ pulses = { high = 1, width = 1, period = 2, count = 0.5 } }",
+        ["thermal.V[2]", "0.5", "count wants a whole number"],
+    ),
+    "overlapping pulses": (
+        '"1.5 V"',
+        "{ pulses = { high = 1, width = 2, period = 2, count = 2 } }",
+        ["thermal.V[2]", "shorter than period"],
+    ),
     "unknown connection": (
         "[thermal]",
         'connections = ["thermal.Q -> rod.T"]\n[thermal]',
@@ -212,5 +239,7 @@ def test_an_input_is_fed_once(tmp_path: Path) -> None:
 
 
 def test_shipped_folder_holds_scenes_and_sets() -> None:
-    assert set(tca.titles()) == {"step", "switch", "sine", "plain", "explicit", "stiff", "long", "jump", "feedback"}
+    paper, failing = {"step", "switch", "sine"}, {"plain", "explicit"}
+    loaded = {"drop", "hang", "tap", "pulse", "load", "push"}
+    assert set(tca.titles()) == paper | failing | loaded | {"stiff", "long", "jump", "feedback"}
     assert scenes.Coupling().macro_step == 0.1
