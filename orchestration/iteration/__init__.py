@@ -15,7 +15,7 @@ import numpy as np
 from .aitken import Aitken
 from .broyden import Broyden
 from .iqn import IQN
-from .newton import Newton
+from .newton import Newton, Tangent
 from .plain import Plain
 from .relaxed import Relaxed
 from .secants import Secants, spectral_radius
@@ -30,6 +30,7 @@ METHODS: dict[str, type] = {
     "iqn": IQN,
     "broyden": Broyden,
     "newton": Newton,
+    "tangent": Tangent,
 }
 
 BLIND = 1e-3  # share of the tolerance that a residual must meet before any secant tells the loop's gain

@@ -1,5 +1,5 @@
-"""Aitken's relaxation: omega_k = -omega_(k-1) r_(k-1).dr/|dr|^2, dr = r_k - r_(k-1). Exact third sweep for one linear
-loop."""
+"""Aitken's relaxation: omega_k = -dx.dr/|dr|^2 with the last changes dx = omega_(k-1) r_(k-1) of the guess and dr of
+the residual. Exact third sweep for one linear loop."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .trace import Trace
+from .trace import Trace, first_step
 
 __all__ = ["Aitken"]
 
@@ -18,9 +18,7 @@ class Aitken:
 
     def update(self, trace: Trace) -> np.ndarray:
         r = trace.r[-1]
-        omega = self.omega if trace.memory is None else trace.memory
         if len(trace.r) > 1:
-            dr = r - trace.r[-2]
-            omega *= -(trace.r[-2] @ dr) / (dr @ dr)
-        trace.memory = omega
-        return omega * r
+            dx, dr = trace.x[-1] - trace.x[-2], r - trace.r[-2]
+            trace.memory = -(dx @ dr) / (dr @ dr)
+        return first_step(self.omega, r) if trace.memory is None else trace.memory * r

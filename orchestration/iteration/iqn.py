@@ -1,6 +1,6 @@
 """IQN-ILS, the same as Anderson acceleration of depth n: the secant step over at most n filtered columns kept from
 macro step to macro step (secants.py), and a short plain step in the directions of which no column tells anything
-yet: just long enough to learn from, since the gain there may be anything. At most n + 1 updates for a linear loop,
+yet, no longer than the secant step or PROBE. At most n + 1 updates for a linear loop,
 one where the columns of earlier steps still hold."""
 
 from __future__ import annotations
@@ -10,11 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .trace import Trace
+from .trace import PROBE, Trace
 
 __all__ = ["IQN"]
-
-PROBE = 0.02  # longest step into the unknown, in nominals, where the secant step is not longer
 
 
 @dataclass(frozen=True)

@@ -3,13 +3,19 @@ steps."""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
 from typing import Any, Protocol
 
 import numpy as np
 
 from .secants import Secants
 
-__all__ = ["Method", "Trace"]
+__all__ = ["PROBE", "Method", "Trace", "first_step"]
+
+PROBE = (
+    0.02  # longest step into the unknown, in nominals: just long enough to learn from, since the gain may be anything
+)
 
 
 class Trace:
@@ -20,6 +26,7 @@ class Trace:
         self.r: list[np.ndarray] = []
         self.secants = Secants(n)
         self.memory: Any = None  # the method's own, kept over macro steps
+        self.tangent: Callable[[], np.ndarray | None] = lambda: None  # dr/dx (n, n) where the last sweep left the loop
 
     def renew(self) -> None:
         """A new macro step: its residuals cannot be compared with those of the one before."""
@@ -30,3 +37,9 @@ class Trace:
 class Method(Protocol):
     def update(self, trace: Trace) -> np.ndarray:
         """The change (n,) of the guess after the newest residual, in units of the nominals."""
+
+
+def first_step(omega: float, r: np.ndarray) -> np.ndarray:
+    """omega r, where nothing is known of the loop no longer than PROBE."""
+    length = omega * math.sqrt(r @ r)
+    return omega * r * min(1.0, PROBE / length if length else 1.0)
