@@ -15,6 +15,6 @@ the scene's numbers, so what lies between the two is every error of either.
 """
 
 from ..compare import Difference, compare
-from .solve import Resolution, run
+from .solve import Resolution, prepared, run
 
-__all__ = ["Difference", "Resolution", "compare", "run"]
+__all__ = ["Difference", "Resolution", "compare", "prepared", "run"]

@@ -21,7 +21,7 @@ from skfem.helpers import dot, grad
 from .radau import NODES, LinearRadau
 from .section import Section, triangulate
 
-__all__ = ["HeatCourse", "HeatData", "heat"]
+__all__ = ["HeatCourse", "HeatData", "Matrices", "heat"]
 
 _HALVINGS = 7  # of the first step after a jump
 
@@ -77,7 +77,10 @@ def _sum(v, w):
     return v
 
 
-class _Matrices:
+class Matrices:
+    """M T' + K T = P/L @ means + T_inf surface, per metre of length; edge [m] of the mesh. places (n, 2) [m]: of the
+    unknowns, the mesh's corners first; triangles (m, 3): its corners joined."""
+
     def __init__(self, data: HeatData, edge: float) -> None:
         mesh = triangulate(data.section, edge)
         tcas = [mesh.subdomains[f"tca{i}"] for i in range(len(data.section.azimuth))]
@@ -93,6 +96,7 @@ class _Matrices:
         self.means = means / means.sum(axis=1, keepdims=True)
         self.surface = data.transfer * _sum.assemble(surface)  # W/(m.K) per unknown
         self.capacity = self.mass @ np.ones(self.surface.size)  # J/(m.K) per unknown
+        self.places, self.triangles = Basis(mesh, element).doflocs.T, mesh.t[:3].T
 
 
 def heat(
@@ -102,11 +106,12 @@ def heat(
     pieces: Sequence[np.ndarray],
     edge: float = 0.2e-3,
     step: float = 0.1,
+    matrices: Matrices | None = None,
 ) -> HeatCourse:
     """voltage(t, a, b) [V] (N,) and ambient(t, a, b) [K] at time t of the step from a to b, in which they are smooth;
     pieces: times [s] of the output, one array for each stretch between jumps, from its start to its end; edge [m] of
-    the mesh, step [s] the longest in time."""
-    m = _Matrices(data, edge)
+    the mesh, step [s] the longest in time. matrices: where they are there already, edge then does not count."""
+    m = matrices or Matrices(data, edge)
     integrate = LinearRadau(m.mass, m.stiffness)
     R, T = np.array(data.resistance), np.full(m.surface.size, data.T_0)
     first = _power(voltage(pieces[0][0], *pieces[0][:2]), R, data, m.means @ T)
@@ -127,7 +132,7 @@ def heat(
     return HeatCourse(*columns, pieces=tuple(splines), unknowns=T.size)
 
 
-def _advance(T, a, b, voltage, ambient, R, m: _Matrices, integrate: LinearRadau, data: HeatData):
+def _advance(T, a, b, voltage, ambient, R, m: Matrices, integrate: LinearRadau, data: HeatData):
     """T at b, slopes of the means at the three stages, powers at b. The resistances follow the stages' own
     temperatures."""
     times = a + NODES * (b - a)
@@ -147,7 +152,7 @@ def _power(volts: np.ndarray, R: np.ndarray, data: HeatData, means: np.ndarray) 
     return volts**2 / (R * (1.0 + data.alpha * (means - data.T_ref)))
 
 
-def _row(t: float, T: np.ndarray, power: np.ndarray, outside: float, m: _Matrices, data: HeatData):
+def _row(t: float, T: np.ndarray, power: np.ndarray, outside: float, m: Matrices, data: HeatData):
     stored = data.length * float(m.capacity @ (T - data.T_0))
     return t, m.means @ T, power, stored, data.length * float(m.surface @ (T - outside))
 

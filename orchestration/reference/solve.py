@@ -17,12 +17,12 @@ from scipy.spatial.transform import Rotation
 from ..errors import SceneError
 from ..scene import Member, Scene
 from .dynamics import Mover
-from .heat import HeatCourse, heat
+from .heat import HeatCourse, Matrices, heat
 from .inputs import Inputs, breaks, heat_data, member, rod_data
 from .rod import Loads, RodData
 from .statics import equilibrium
 
-__all__ = ["Resolution", "run"]
+__all__ = ["Resolution", "prepared", "run"]
 
 _BATCH = 400  # equilibria found at once: what fits into a cache
 
@@ -50,6 +50,13 @@ def run(scene: Scene, resolution: Resolution | None = None, times: np.ndarray | 
     """A Dataset as results.collect makes it, without the coupling's log: T, P, E_stored, Q_loss; delta, N, tip.p,
     tip.euler. times [s]: of the output, from 0; where not given, the macro steps of a fixed control. Raises SceneError
     for what is not covered, SubsystemError where a solution is not found."""
+    return prepared(scene, resolution, times)()
+
+
+def prepared(
+    scene: Scene, resolution: Resolution | None = None, times: np.ndarray | None = None
+) -> Callable[[], xr.Dataset]:
+    """run() with the scene checked, the mesh made and its matrices assembled; to be called as often as wanted."""
     resolution = resolution or Resolution()
     thermal, rod = member(scene, "thermal"), member(scene, "rod")
     _check(scene, thermal, rod)
@@ -57,23 +64,28 @@ def run(scene: Scene, resolution: Resolution | None = None, times: np.ndarray | 
     pieces = _pieces(scene, wanted)
     marks = np.concatenate([pieces[0][:1], *(piece[1:] for piece in pieces)])
     keep = np.arange(marks.size) if wanted is None else np.searchsorted(marks, wanted - 1e-9 * scene.stop_time)
-    dataset = xr.Dataset(coords={"time": ("time", marks[keep], {"units": "s", "long_name": "time"})})
-    course = None
     if thermal:
         data = heat_data(thermal)
-        ambient = Inputs.of(thermal, "T_ambient")
-        edge = resolution.edge * data.section.radius
+        matrices = Matrices(data, resolution.edge * data.section.radius)
+        volts, ambient = Inputs.of(thermal, "V"), Inputs.of(thermal, "T_ambient")
         warm = lambda t, a, b: float(ambient(t, a, b)[0])  # noqa: E731
-        course = heat(data, Inputs.of(thermal, "V"), warm, pieces, edge, resolution.heat_step)
-        rows = {"T": course.T, "P": course.P, "E_stored": course.stored, "Q_loss": course.loss}
-        _add(dataset, thermal, {name: values[keep] for name, values in rows.items()})
-    if rod:
-        loads = _loads(scene, rod, thermal, course)
-        solve = _moving if rod.value("dynamic") else _resting
-        rows = solve(rod_data(rod), loads, pieces, bool(rod.value("start_at_equilibrium")), resolution)
-        _add(dataset, rod, {name: values[keep] for name, values in rows.items()})
-    dataset.attrs = _about(scene, resolution)
-    return dataset
+
+    def solve() -> xr.Dataset:
+        dataset = xr.Dataset(coords={"time": ("time", marks[keep], {"units": "s", "long_name": "time"})})
+        course = None
+        if thermal:
+            course = heat(data, volts, warm, pieces, step=resolution.heat_step, matrices=matrices)
+            rows = {"T": course.T, "P": course.P, "E_stored": course.stored, "Q_loss": course.loss}
+            _add(dataset, thermal, {name: values[keep] for name, values in rows.items()})
+        if rod:
+            loads = _loads(scene, rod, thermal, course)
+            move = _moving if rod.value("dynamic") else _resting
+            rows = move(rod_data(rod), loads, pieces, bool(rod.value("start_at_equilibrium")), resolution)
+            _add(dataset, rod, {name: values[keep] for name, values in rows.items()})
+        dataset.attrs = _about(scene, resolution)
+        return dataset
+
+    return solve
 
 
 def _check(scene: Scene, thermal: Member | None, rod: Member | None) -> None:
