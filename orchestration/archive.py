@@ -4,6 +4,7 @@ again."""
 from __future__ import annotations
 
 import difflib
+import hashlib
 import math
 import tempfile
 from collections.abc import Mapping
@@ -63,6 +64,11 @@ class Archive:
     @property
     def guid(self) -> str:
         return self.description.guid
+
+    @cached_property
+    def digest(self) -> str:
+        """Of the file's content."""
+        return hashlib.sha256(self.path.read_bytes()).hexdigest()
 
     @cached_property
     def vectors(self) -> dict[str, tuple[str, ...]]:

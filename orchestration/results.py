@@ -27,7 +27,7 @@ from .iteration import spectral_radius
 from .master import StepLog
 from .scene import Scene
 
-__all__ = ["about", "collect", "read", "scalars", "versions", "write"]
+__all__ = ["about", "arrays", "collect", "read", "scalars", "versions", "write"]
 
 _INDEXED = re.compile(r"(.+)\[(\d+(?:,\d+)*)\]")
 _LOG = {
@@ -52,12 +52,32 @@ def collect(
     found = {}  # at once, since a Dataset that grows aligns everything in it anew with every variable
     for name, variables in recorded.items():
         rows = np.array([first[name], *(log.record[name] for log in logs)])
-        found |= _arrays(name, variables, rows)
+        found |= arrays(name, variables, rows)
     for key, column in _log_columns(logs).items():
         unit, text = _LOG[key]
         found[f"coupling.{key}"] = ("time", column, {"units": unit, "long_name": text})
     coordinate = {"time": ("time", times, {"units": "s", "long_name": "time"})}
     return xr.Dataset(found, coordinate, about(scene, status))
+
+
+def arrays(member: str, variables: Sequence[Variable], rows: np.ndarray) -> dict[str, Any]:
+    """Of a member: name -> dimensions, values, attributes; scalars of one vector in one array. rows: (time,
+    variable)."""
+    groups: dict[str, list[tuple[tuple[int, ...], int]]] = {}
+    for k, variable in enumerate(variables):
+        match = _INDEXED.fullmatch(variable.name)
+        base, index = (match[1], tuple(int(i) for i in match[2].split(","))) if match else (variable.name, ())
+        groups.setdefault(base, []).append((index, k))
+    found = {}
+    for base, elements in groups.items():
+        shape = tuple(max(index[d] for index, _ in elements) for d in range(len(elements[0][0])))
+        values = np.full((len(rows), *shape), np.nan)
+        for index, k in elements:
+            values[(slice(None), *(i - 1 for i in index))] = rows[:, k]
+        about = variables[elements[0][1]]
+        attributes = {"units": about.unit, "long_name": about.description, "causality": about.causality}
+        found[f"{member}.{base}"] = (("time", *(f"index{n}" for n in shape)), values, attributes)
+    return found
 
 
 def scalars(dataset: xr.Dataset) -> dict[str, tuple[np.ndarray, str]]:
@@ -123,25 +143,6 @@ def versions() -> dict[str, str]:
     except PackageNotFoundError:  # run from a source tree that is not installed
         own = "not installed"
     return {"tca-cosim": own, "fmpy": fmpy.__version__, "python": platform.python_version(), "numpy": np.__version__}
-
-
-def _arrays(member: str, variables: Sequence[Variable], rows: np.ndarray) -> dict[str, Any]:
-    """Name -> dimensions, values, attributes; scalars of one vector in one array. rows: (time, variable)."""
-    groups: dict[str, list[tuple[tuple[int, ...], int]]] = {}
-    for k, variable in enumerate(variables):
-        match = _INDEXED.fullmatch(variable.name)
-        base, index = (match[1], tuple(int(i) for i in match[2].split(","))) if match else (variable.name, ())
-        groups.setdefault(base, []).append((index, k))
-    found = {}
-    for base, elements in groups.items():
-        shape = tuple(max(index[d] for index, _ in elements) for d in range(len(elements[0][0])))
-        values = np.full((len(rows), *shape), np.nan)
-        for index, k in elements:
-            values[(slice(None), *(i - 1 for i in index))] = rows[:, k]
-        about = variables[elements[0][1]]
-        attributes = {"units": about.unit, "long_name": about.description, "causality": about.causality}
-        found[f"{member}.{base}"] = (("time", *(f"index{n}" for n in shape)), values, attributes)
-    return found
 
 
 def _log_columns(logs: Sequence[StepLog]) -> dict[str, np.ndarray]:

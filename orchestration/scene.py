@@ -29,7 +29,7 @@ if sys.version_info >= (3, 11):
 else:
     import tomli as tomllib
 
-__all__ = ["KEYS", "Coupling", "Member", "Scene", "parameter_sets", "read", "titles"]
+__all__ = ["KEYS", "Coupling", "Member", "Scene", "find", "load", "parameter_sets", "read", "titles"]
 
 Value = float | int | bool | str
 
@@ -102,9 +102,10 @@ _TOP = tuple(key for key in KEYS if key != "NAME")
 _FMUS = {"thermal": "thermal.fmu", "rod": "rod.fmu"}
 
 
-def titles() -> dict[str, tuple[str, Path]]:
-    """Title and file of every scene that comes with the package, by name; nothing else in them is looked at."""
-    return {name: (str(_load(path).raw.get("title", name)), path) for name, path in _shipped("scenes").items()}
+def titles(folder: str = "scenes") -> dict[str, tuple[str, Path]]:
+    """Title and file of every scene that comes with the package, by name; nothing else in them is looked at. folder:
+    of the package, with other files that have titles."""
+    return {name: (str(load(path).raw.get("title", name)), path) for name, path in _shipped(folder).items()}
 
 
 def parameter_sets() -> tuple[str, ...]:
@@ -116,8 +117,8 @@ def read(source: str | Path, overrides: Sequence[str] = (), archive: Callable[[P
     """The scene of that name or file. overrides: 'key=value' as in a scene, such as 'rod.order=2',
     'coupling.macro_step=0.05 s'. archive: opens an FMU; archive.kept for many runs in one process. Raises SceneError,
     which names file, key, value and remedy."""
-    path = _find(source, "scenes", "scene")
-    layers = [_load(path)]
+    path = find(source, "scenes", "scene")
+    layers = [load(path)]
     if overrides:
         layers.append(_override(overrides))
     top = _merge_top(layers)
@@ -126,7 +127,7 @@ def read(source: str | Path, overrides: Sequence[str] = (), archive: Callable[[P
         parameter_set[1].refuse(
             "parameters", parameter_set[0], f"wrong type; {similar('', list(_shipped('parameters')))}"
         )
-    base = _load(_find(parameter_set[0], "parameters", "parameter set", path.parent))
+    base = load(find(parameter_set[0], "parameters", "parameter set", path.parent))
     members = _members(top, [base, *layers], path.parent, archive)
     stop_raw, stop_layer = top.get("stop_time", (None, layers[0]))
     if stop_raw is None:
@@ -151,7 +152,9 @@ def _shipped(folder: str) -> dict[str, Path]:
     return {file.stem: file for file in sorted(place.glob("*.toml"))}
 
 
-def _find(source: str | Path, folder: str, kind: str, near: Path | None = None) -> Path:
+def find(source: str | Path, folder: str, kind: str, near: Path | None = None) -> Path:
+    """The TOML file of that path (also from the folder `near`), or of that name in a folder of the package. Raises
+    SceneError."""
     shipped = _shipped(folder)
     for candidate in (Path(source), (near or Path()) / source):
         if candidate.suffix == ".toml" and candidate.is_file():
@@ -161,7 +164,8 @@ def _find(source: str | Path, folder: str, kind: str, near: Path | None = None) 
     raise SceneError(f"no {kind} {str(source)!r}: no such file, and {similar(str(source), list(shipped))}")
 
 
-def _load(path: Path) -> Layer:
+def load(path: Path) -> Layer:
+    """A TOML file. Raises SceneError."""
     try:
         text = path.read_text(encoding="utf-8")
         return Layer(str(path), text, tomllib.loads(text))

@@ -28,7 +28,7 @@ ORDER = (
     ("compare", "timing"),
     ("monolith",),
     ("reference", "paper"),
-    ("peers", "stability"),
+    ("peers", "stability", "sweep"),
     ("cli",),
 )
 RANK = {name: rank for rank, layer in enumerate(ORDER) for name in layer}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import typer
 
-from . import export, modes, monolith, paper, peers, reference, run, scenes, stability, timing
+from . import export, modes, monolith, paper, peers, reference, run, scenes, stability, sweep, timing
 
 __all__ = ["app"]
 
@@ -20,6 +20,7 @@ for name, command in {
     "monolith": monolith.command,
     "modes": modes.command,
     "stability": stability.command,
+    "sweep": sweep.command,
     "peers": peers.command,
 }.items():
     app.command(name)(command)

@@ -18,7 +18,7 @@ Scheduler = Annotated[str | None, typer.Option(help="Address of a dask scheduler
 Workers = Annotated[int | None, typer.Option(min=0, help="Processes here; 0: this one, without dask")]
 
 
-def worker(scheduler: str | None, workers: int | None, advance: Callable[[T], None]) -> Worker[T]:
+def worker(scheduler: str | None, workers: int | None, advance: Callable[[T], None] = lambda found: None) -> Worker[T]:
     """advance: told every result."""
     here = workers == 0 and scheduler is None
 

@@ -1,0 +1,92 @@
+"""tca-cosim sweep: many runs of one scene."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+import xarray as xr
+from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
+from rich.progress import Progress as Bar
+from rich.table import Table
+
+from .. import results
+from .console import out, reported, written
+from .options import Folder, Overrides
+from .workers import Scheduler, Workers, worker
+
+__all__ = ["command"]
+
+
+def command(
+    plan: Annotated[str, typer.Argument(metavar="SWEEP", help="Name of a sweep (tca-cosim list) or a .toml file")],
+    override: Overrides = [],  # noqa: B006 (typer copies it)
+    folder: Folder = Path("results"),
+    runs: Annotated[int | None, typer.Option(min=1, max=1_000_000, help="In place of those of the file")] = None,
+    scheduler: Scheduler = None,
+    workers: Workers = None,
+) -> None:
+    """Runs a scene many times with parameters from distributions or lists (extra `sweep`); what a killed sweep had
+    finished is kept. Writes NAME.sweep.nc, .png, .svg."""
+    from .. import sweep  # scipy.stats takes long to load
+
+    with reported():
+        described = sweep.read(plan, runs, override)
+        name = f"{described.name}.sweep"
+        begin = time.perf_counter()
+        columns = (
+            TextColumn("{task.description}"),
+            BarColumn(),
+            MofNCompleteColumn(),
+            TextColumn("{task.fields[rate]:.1f} runs/s"),
+            TimeRemainingColumn(),
+        )
+        with Bar(*columns, console=out, transient=True) as bar:
+            task = bar.add_task(described.name, total=None, rate=0.0)
+            state = sweep.Progress(0, 0, 0)
+
+            def advance(now: sweep.Progress) -> None:
+                nonlocal state
+                state = now
+                rate = now.done / (time.perf_counter() - begin)
+                bar.update(task, completed=now.found + now.done, total=now.total, rate=rate)
+
+            spread = worker(scheduler, workers)
+            found = sweep.run(described, folder / f"{name}.sqlite", spread, advance)
+        spent = time.perf_counter() - begin
+        results.write(found, folder / f"{name}.nc")
+        sweep.chart.save(sweep.chart.draw(found), folder, name)
+        out.print(
+            f"{described.title}: {state.total} runs, {state.found} finished before, {state.done} now in {spent:.1f} s "
+            f"({state.done / spent:.1f} runs/s)",
+            highlight=False,
+        )
+        _summarise(found, sweep.chart.outputs(found))
+        written(folder / f"{name}.nc", ".png", ".svg")
+
+
+def _summarise(found: xr.Dataset, outputs: tuple[list[str], list[str]]) -> None:
+    """Quantiles at the end and what matters most there; failures."""
+    shown, crowded = outputs
+    last = found.isel(time=-1)
+    count = found.sizes["quantile"]
+    kept = sorted({0, count // 2, count - 1})
+    table = Table("at the end", *(f"{100 * float(found['quantile'][q]):g} %" for q in kept), "rank correlation")
+    for name in shown:
+        quantiles = last[f"{name}.quantile"].to_numpy().reshape(count, -1)
+        ranks = last[f"{name}.rank_correlation"].to_numpy().reshape(found.sizes["parameter"], -1)
+        for k, (column, rank) in enumerate(zip(quantiles.T, ranks.T, strict=True)):
+            best = int(np.argmax(np.nan_to_num(np.abs(rank), nan=-1.0)))
+            label = f"{name}[{k + 1}]" if quantiles.shape[1] > 1 else name
+            unit = found[name].attrs["units"]
+            most = f"{rank[best]:+.2f} {found['parameter'].to_numpy()[best]}"
+            table.add_row(f"{label} [{unit}]", *(f"{column[q]:.5g}" for q in kept), most)
+    out.print(table)
+    if crowded:
+        out.print(f"not drawn, too many elements: {', '.join(crowded)}", highlight=False)
+    failures = [text for text in found["failure"].to_numpy() if text]
+    if failures:
+        out.print(f"{len(failures)} runs failed, the first with: {failures[0]}", highlight=False, markup=False)

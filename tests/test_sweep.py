@@ -1,0 +1,292 @@
+"""Sweeps: designs and distributions against scipy, the labelled dataset against single runs, failures kept, a killed
+sweep resumed without loss, mistakes named."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from scipy import stats
+from scipy.stats import qmc
+
+import orchestration as tca
+from orchestration import CosimError, results, sweep
+from orchestration.spread import serial
+from orchestration.sweep import chart, design, sensitivity
+
+ROOT = Path(__file__).parent.parent
+QUICK = """
+scene = "step"
+set = ["stop_time=3", "rod.closure=inside", "rod.order=0", "coupling.macro_step=1"]
+outputs = ["thermal.T", "rod.tip.p"]
+"""
+TWO = """
+[parameters]
+"thermal.h" = { uniform = { loc = "15 W/(m2.K)", scale = "10 W/(m2.K)" } }
+"rod.body.E" = { lognorm = { s = 0.1, scale = "37.8 kPa" } }
+"""
+
+
+def plan(folder: Path, text: str = TWO, head: str = "runs = 8\n", **options: object) -> sweep.Plan:
+    (folder / "mine.toml").write_text(head + QUICK + text)
+    return sweep.read(folder / "mine.toml", **options)
+
+
+# -- designs and distributions
+
+
+def test_designs_are_scipys() -> None:
+    assert np.array_equal(design.points("sobol", 8, 3, [0, 0]), qmc.Sobol(2, rng=3).random(8))
+    assert np.array_equal(design.points("latin", 7, 3, [0, 0]), qmc.LatinHypercube(2, rng=3).random(7))
+    assert np.array_equal(design.points("random", 7, 3, [0, 0]), np.random.default_rng(3).random((7, 2)))
+    middles = [[i + 0.5, j + 0.5] for i in (0, 1) for j in (0, 1, 2)]
+    assert np.array_equal(design.points("grid", 6, 3, [2, 3]) * [2, 3], middles)
+
+
+@pytest.mark.parametrize("name", ["sobol", "random"])
+def test_more_runs_keep_the_first_ones(name: str) -> None:
+    assert np.array_equal(design.points(name, 100, 1, [0])[:10], design.points(name, 10, 1, [0]))
+
+
+def test_points_follow_their_distribution(tmp_path: Path) -> None:
+    found = plan(tmp_path, head="runs = 64\n")
+    u = qmc.Sobol(2, rng=1).random(64)
+    h, E = np.array(found.values).T.tolist()
+    assert h == pytest.approx(list(15.0 + 10.0 * u[:, 0]), rel=1e-15)
+    assert pytest.approx(list(stats.lognorm(0.1, scale=37800.0).ppf(u[:, 1])), rel=1e-15) == E
+    assert found.points()[5] == (f"thermal.h={h[5]!r}", f"rod.body.E={E[5]!r}")  # to the last bit
+
+
+def test_grids_and_lists(tmp_path: Path) -> None:
+    text = """
+    [parameters]
+    "rod.strains" = ["bending", "extensible"]
+    "thermal.T_ambient, thermal.T_0" = ["25 degC"]
+    "thermal.h" = { uniform = { loc = 15, scale = 10 }, levels = 2 }
+    "rod.start_at_equilibrium" = [true, false]
+    """
+    found = plan(tmp_path, text, head="design = 'grid'\n")
+    assert len(found.values) == found.settings.runs == 8
+    assert found.values[1] == ("bending", 298.15, 17.5, False)
+    assert found.points()[7] == (
+        "rod.strains=extensible",
+        "thermal.T_ambient=298.15",
+        "thermal.T_0=298.15",
+        "thermal.h=22.5",
+        "rod.start_at_equilibrium=false",
+    )
+
+
+def test_sobol_indices_of_a_known_function() -> None:
+    """Ishigami: S1 = 0.3139, 0.4424, 0; total 0.5576, 0.4424, 0.2437 (a = 7, b = 0.1)."""
+    u = design.points("saltelli", 5 * 4096, 1, [0, 0, 0])
+    x = np.pi * (2.0 * u - 1.0)
+    y = np.sin(x[:, 0]) + 7.0 * np.sin(x[:, 1]) ** 2 + 0.1 * x[:, 2] ** 4 * np.sin(x[:, 0])
+    first, total = sensitivity.sobol_indices(3, np.stack([y, np.ones_like(y)], axis=1))
+    assert first[:, 0] == pytest.approx([0.3139, 0.4424, 0.0], abs=0.02)
+    assert total[:, 0] == pytest.approx([0.5576, 0.4424, 0.2437], abs=0.02)
+    assert np.isnan(first[:, 1]).all()  # nothing varies
+
+
+def test_rank_correlation_is_spearmans() -> None:
+    rng = np.random.default_rng(1)
+    x, noise = rng.random((2, 50, 2))
+    y = x**3 + 0.3 * noise
+    assert sensitivity.rank_correlation(x, y) == pytest.approx(stats.spearmanr(x, y).statistic[:2, 2:], abs=1e-12)
+
+
+# -- running
+
+
+@pytest.fixture(scope="module")
+def swept(tmp_path_factory: pytest.TempPathFactory) -> tuple[sweep.Plan, xr.Dataset, Path]:
+    folder = tmp_path_factory.mktemp("sweep")
+    found = plan(folder)
+    return found, sweep.run(found, folder / "mine.sqlite"), folder
+
+
+def test_every_run_is_the_run_of_its_own(swept: tuple[sweep.Plan, xr.Dataset, Path]) -> None:
+    found, data, _ = swept
+    assert dict(data.sizes) == {"run": 8, "time": 4, "quantile": 5, "parameter": 2, "index3": 3}
+    for k in (0, 7):
+        alone = tca.run(tca.read("step", [*found.overrides, *found.points()[k]]))
+        for name in found.outputs:
+            assert np.array_equal(data[name][k], alone[name])
+    assert (data["failure"] == "").all()
+
+
+def test_the_dataset_is_labelled_and_written_whole(swept: tuple[sweep.Plan, xr.Dataset, Path]) -> None:
+    _, data, folder = swept
+    results.write(data, folder / "mine.nc")
+    again = results.read(folder / "mine.nc")
+    xr.testing.assert_identical(again, data)
+    assert data["thermal.h"].dims == ("run",)
+    assert data["thermal.h"].attrs["units"] == "W/(m2.K)"
+    assert data["rod.tip.p"].dims == ("run", "time", "index3")
+    assert data["rod.tip.p.quantile"].attrs["units"] == "m"
+    assert np.array_equal(data["thermal.T.quantile"], np.quantile(data["thermal.T"], data["quantile"], axis=0))
+    assert data["rod.tip.p.rank_correlation"][1, -1, 0] < -0.9  # a stiffer body bends less
+    assert json.loads(data.attrs["design"])["seed"] == 1
+    assert "numpy" in json.loads(data.attrs["versions"])
+    assert json.loads(data.attrs["parameters"])["rod.body.E"] == {"lognorm": {"s": 0.1, "scale": 37800.0}}
+
+
+def test_the_figure_shows_every_output(swept: tuple[sweep.Plan, xr.Dataset, Path]) -> None:
+    _, data, folder = swept
+    figure = chart.draw(data)
+    assert [axes.get_ylabel() for axes in figure.axes[::2]] == ["thermal.T [K]", "rod.tip.p [m]"]
+    assert [label.get_text() for label in figure.axes[1].get_yticklabels()] == ["thermal.h", "rod.body.E"]
+    for path in chart.save(figure, folder, "mine"):
+        assert path.stat().st_size > 10_000
+
+
+def test_failures_are_rows_with_their_message(tmp_path: Path) -> None:
+    text = '[parameters]\n"rod.tca.offset" = ["2.5 mm", "1 km"]\n"thermal.tca.offset" = ["2.5 mm", "4.9 mm"]\n'
+    found = sweep.run(plan(tmp_path, text, head="design = 'grid'\n"), tmp_path / "mine.sqlite")
+    failure = found["failure"].to_numpy()
+    assert not failure[0]
+    assert "thermal: " in failure[1]
+    assert np.isfinite(found["rod.tip.p"][0]).all()
+    assert np.isnan(found["rod.tip.p"][1]).all()
+    assert np.isfinite(found["rod.tip.p.quantile"]).all()
+    assert "runs failed" in found.attrs["status"]
+    chart.draw(found)
+
+
+def test_saltelli_gives_both_orders(tmp_path: Path) -> None:
+    found = sweep.run(plan(tmp_path, head="design = 'saltelli'\nruns = 32\n"), tmp_path / "mine.sqlite")
+    last = found.isel(time=-1, index3=2)
+    total = last["thermal.T.total_order"].to_numpy()
+    assert total[0] > 0.5
+    assert total[1] == 0.0  # a stiffer body heats nothing
+    assert last["rod.tip.p.first_order"][1] > 0.5
+    assert "Sobol' index" in chart.draw(found).axes[1].get_xlabel()
+
+
+# -- going on
+
+
+def test_finished_runs_are_not_run_again(swept: tuple[sweep.Plan, xr.Dataset, Path], tmp_path: Path) -> None:
+    found, data, _ = swept
+    ran: list[int] = []
+
+    def stopping(tasks: list) -> object:
+        for number, outcome in serial(tasks):
+            ran.append(number)
+            yield number, outcome
+            if len(ran) == 3:
+                raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        sweep.run(found, tmp_path / "mine.sqlite", stopping)
+    seen: list[sweep.Progress] = []
+    again = sweep.run(found, tmp_path / "mine.sqlite", progress=seen.append)
+    assert (seen[0], seen[-1]) == (sweep.Progress(3, 0, 8), sweep.Progress(3, 5, 8))
+    xr.testing.assert_identical(again, data)
+    more = plan(tmp_path, runs=16)  # a longer sequence begins with the same points
+    sweep.run(more, tmp_path / "mine.sqlite", progress=seen.append)
+    assert seen[-1] == sweep.Progress(8, 8, 16)
+
+
+def test_killed_and_resumed(tmp_path: Path) -> None:
+    """Two workers; SIGKILL of the whole process group in the middle; the file is that of an uninterrupted sweep in one
+    process, byte for byte."""
+    (tmp_path / "mine.toml").write_text("runs = 4000\n" + QUICK + TWO)
+    command = [sys.executable, "-c", "from orchestration.cli import app; app()", "sweep", "mine.toml", "--workers", "2"]
+    about = {"cwd": tmp_path, "env": {**os.environ, "PYTHONPATH": str(ROOT)}, "text": True}
+    first = subprocess.Popen([*command], **about, stdout=subprocess.DEVNULL, start_new_session=True)
+    log = tmp_path / "results" / "mine.sweep.sqlite-wal"
+    while not (log.is_file() and log.stat().st_size > 60_000):
+        assert first.poll() is None
+        time.sleep(0.02)
+    os.killpg(first.pid, signal.SIGKILL)
+    first.wait()
+    done = subprocess.run([*command, "--runs", "32"], **about, capture_output=True, check=True).stdout
+    found, now = (int(done.replace("\n", " ").split(word)[0].split()[-1]) for word in (" finished before", " now in"))
+    assert found > 2
+    assert found + now == 32
+    subprocess.run([*command[:-1], "0", "--runs", "32", "--out", "whole"], **about, capture_output=True, check=True)
+    names = [tmp_path / folder / "mine.sweep.nc" for folder in ("results", "whole")]
+    assert names[0].read_bytes() == names[1].read_bytes()
+
+
+def test_another_sweep_is_not_mixed_in(swept: tuple[sweep.Plan, xr.Dataset, Path], tmp_path: Path) -> None:
+    _, _, folder = swept
+    other = plan(tmp_path, TWO.replace("0.1", "0.2"))
+    with pytest.raises(CosimError, match="differs in parameters; remove it"):
+        sweep.run(other, folder / "mine.sqlite")
+    (tmp_path / "bad.sqlite").write_text("no database" * 100)
+    with pytest.raises(CosimError, match="not a database; remove it"):
+        sweep.run(other, tmp_path / "bad.sqlite")
+
+
+# -- mistakes
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ('"thermal.hh" = [1]', "did you mean 'h'"),
+        ('"thermic.h" = [1]', "did you mean 'thermal'"),
+        ('"thermal.T" = [300]', "no parameter or input of thermal.fmu"),
+        ('"coupling.macrostep" = [1]', "did you mean 'macro_step'"),
+        ('"thermal.h" = ["20 W"]', "does not fit"),
+        ('"thermal.h" = { uniform = { loc = "20 K", scale = 1 } }', "unit 'K' does not fit"),
+        ('"thermal.h" = { unifrm = { loc = 1 } }', "did you mean 'uniform'"),
+        ('"thermal.h" = { uniform = { low = 1 } }', "did you mean 'loc'"),
+        ('"thermal.h" = { lognorm = { scale = 1 } }', "wants s as well"),
+        ('"thermal.h" = { uniform = { loc = 1, scale = -1 } }', "does not allow"),
+        ('"thermal.h" = { uniform = {}, norm = {} }', "wants one distribution"),
+        ('"thermal.h" = 3', "wants a list of values or a distribution"),
+        ('"thermal.h" = []', "empty list"),
+        ('"thermal.h" = [0]', "out of range; allowed: 1e-09"),
+        ('"thermal.h" = { uniform = {}, levels = 3 }', "levels are of design = 'grid'"),
+        ('"rod.order" = { uniform = {} }', "discrete distribution"),
+        ('"rod.strains" = { uniform = {} }', "list of values"),
+        ('"thermal.h, rod.body.E" = [1]', "one type and unit"),
+    ],
+)
+def test_mistakes_in_parameters_are_named(text: str, said: str, tmp_path: Path) -> None:
+    with pytest.raises(CosimError) as caught:
+        plan(tmp_path, f"[parameters]\n{text}\n")
+    assert said in str(caught.value)
+    assert "mine.toml" in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("head", "said"),
+    [
+        ("", "runs: missing; add for example"),
+        ("runs = 8\ndesign = 'sobl'\n", "did you mean 'sobol'"),
+        ("runs = 10\ndesign = 'saltelli'\n", "take 8 or 16"),
+        ("design = 'grid'\n", "wants levels"),
+        ("runs = 8\ninterval = '0.7 s'\n", "does not divide"),
+        ("runs = 8\ninterval = '1 V'\n", "does not fit"),
+        ("runs = 8\nquantiles = [2]\n", "between 0 and 1"),
+        ("runs = 8\nquantile = [0.5]\n", "unknown"),
+        ("runs = 1_000_001\n", "out of range"),
+        ("runs = 8\nthermal.h = 3\n", "unknown"),
+    ],
+)
+def test_mistakes_in_the_head_are_named(head: str, said: str, tmp_path: Path) -> None:
+    with pytest.raises(CosimError, match=said):
+        plan(tmp_path, head=head)
+
+
+def test_unknown_outputs_and_missing_keys_are_named(tmp_path: Path) -> None:
+    (tmp_path / "mine.toml").write_text("runs = 8\n" + QUICK.replace("thermal.T", "thermal.TT") + TWO)
+    with pytest.raises(CosimError, match=r"did you mean 'thermal\.T'"):
+        sweep.read(tmp_path / "mine.toml")
+    (tmp_path / "mine.toml").write_text("runs = 8\n")
+    with pytest.raises(CosimError, match="scene: missing; add name of a scene"):
+        sweep.read(tmp_path / "mine.toml")
+    with pytest.raises(CosimError, match="did you mean 'scatter'"):
+        sweep.read("scater")
