@@ -76,9 +76,12 @@ def test_exports_the_standard_functions_and_nothing_else(binary: Path):
 
 
 @FMUS
-def test_needs_only_the_c_library(binary: Path):
+def test_needs_only_a_c_library_from_2_17_on(binary: Path):
     needed = set(re.findall(r"NEEDED.*\[(.*)\]", output_of("readelf", "-d", binary)))
-    assert needed <= {"libc.so.6", "libm.so.6", "ld-linux-x86-64.so.2"}  # the last is a part of glibc
+    assert needed <= {"libc.so.6", "libm.so.6", "libpthread.so.0", "ld-linux-x86-64.so.2"}  # all are parts of glibc
+    versions = re.findall(r"Name: GLIBC_([\d.]+)", output_of("readelf", "-V", binary))
+    assert versions
+    assert max(tuple(int(part) for part in version.split(".")) for version in versions) <= (2, 17)
 
 
 @FMUS
