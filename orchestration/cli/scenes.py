@@ -1,4 +1,4 @@
-"""tca-cosim list: the scenes there are."""
+"""tca-cosim list: the scenes and sweeps there are."""
 
 from __future__ import annotations
 
@@ -11,9 +11,10 @@ __all__ = ["command"]
 
 
 def command() -> None:
-    """The scenes that come with the package."""
+    """The scenes and sweeps that come with the package."""
     with reported():
-        table = Table("scene", "title", "file")
-        for name, (title, path) in titles().items():
-            table.add_row(name, title, str(path))
-        out.print(table)
+        for kind in ("scene", "sweep"):
+            table = Table(kind, "title", "file")
+            for name, (title, path) in titles(f"{kind}s").items():
+                table.add_row(name, title, str(path))
+            out.print(table)

@@ -9,7 +9,7 @@ plan: the file; axis: one parameter; design: points of the unit cube; point: one
 sensitivity: which parameter does what; study: all of it; chart: the drawing."""
 
 from . import chart
-from .plan import KEYS, Plan, Settings, read, titles
+from .plan import KEYS, Plan, Settings, read
 from .study import Progress, run
 
-__all__ = ["KEYS", "Plan", "Progress", "Settings", "chart", "read", "run", "titles"]
+__all__ = ["KEYS", "Plan", "Progress", "Settings", "chart", "read", "run"]

@@ -21,7 +21,7 @@ from ..simulate import recorded
 from . import axis, design
 from .axis import Axis
 
-__all__ = ["KEYS", "Plan", "Settings", "read", "titles"]
+__all__ = ["KEYS", "Plan", "Settings", "read"]
 
 KEYS = {
     "title": "one line of text",
@@ -89,11 +89,6 @@ class Plan:
             "times": json.dumps(list(self.times)),
             **{m.name: m.archive.digest for m in self.scene.members},
         }
-
-
-def titles() -> dict[str, tuple[str, Path]]:
-    """Title and file of every sweep that comes with the package, by name."""
-    return scene.titles("sweeps")
 
 
 def read(source: str | Path, runs: int | None = None, overrides: Sequence[str] = ()) -> Plan:
