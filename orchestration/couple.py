@@ -77,6 +77,7 @@ def couple(
         return _sweep(circuit, time, length, settings)
 
     cause, reached = "the iteration does not converge", None
+    trace.tangent = lambda: None if settings.waveform.slopes else _tangent(circuit)
     try:
         outcome = solve(around, x, circuit.scale, method, trace, settings.tolerance, settings.max_sweeps)
         if outcome.converged:
@@ -85,6 +86,8 @@ def couple(
         cause = failure.cause
     except SubsystemError as failure:
         cause, reached = str(failure), failure.reached
+    except np.linalg.LinAlgError:
+        cause = "the estimated Jacobian of the loop is singular"
     residuals = tuple(math.sqrt(r @ r) for r in trace.r)
     if len(residuals) > 1 and residuals[-1] > residuals[0]:
         cause = f"the iteration diverges ({cause})"
@@ -114,6 +117,25 @@ def _gather(circuit: Circuit, length: float, waveform: Exchange, sample: Callabl
         if waveform.slopes:
             parts.append(length * rates[columns])
     return parts[0] if len(parts) == 1 else np.concatenate(parts)
+
+
+def _tangent(circuit: Circuit) -> np.ndarray | None:
+    """Derivatives (n, n) of the residual by the unknowns, in nominals, by the chain rule along the sweep just done;
+    None where a subsystem offers none."""
+    size = circuit.scale.size
+    guess, moved, place = {}, {}, 0
+    for node, columns, _ in circuit.unknowns:
+        guess[node] = np.zeros((len(node.subsystem.outputs), size))
+        guess[node][columns, place + np.arange(columns.size)] = 1.0
+        place += columns.size
+    for node in circuit.nodes:
+        links = [(link, guess) for link in node.torn] + [(link, moved) for link in node.forward]
+        tangent = node.subsystem.tangent(np.concatenate([link.targets for link, _ in links]))
+        if tangent is None:
+            return None
+        moved[node] = tangent @ np.concatenate([source[link.source][link.columns] for link, source in links])
+    through = np.concatenate([moved[node][columns] for node, columns, _ in circuit.unknowns])
+    return (through * circuit.scale - np.diag(circuit.scale)) / circuit.scale[:, None]
 
 
 def _tear(circuit: Circuit, time: float, waveform: Exchange, ends: dict[Node, Sample]) -> None:

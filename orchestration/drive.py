@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator
+from dataclasses import replace
 
 from .failure import StepError, give_up
 from .master import Master, StepLog
@@ -39,13 +40,14 @@ def drive(
                 if cap < least * (1.0 - SLIVER):
                     raise give_up(time, length, failure) from failure
                 continue
-            yield from taken.steps
             wish = taken.following
             if taken.steps:
+                *earlier, last = taken.steps
+                if abs(place - last.time) <= SLIVER * length:
+                    last = replace(last, time=place)
+                yield from (*earlier, last)
                 cap *= 2.0
-                time = taken.steps[-1].time
-                if abs(place - time) <= SLIVER * length:
-                    time = place
+                time = last.time
                 progress(time)
 
 

@@ -65,6 +65,9 @@ class Linear:
     def rates(self) -> np.ndarray:
         return self.C @ (self.A @ self.state + self.B @ self._u[0]) + self.D @ self._u[1]
 
+    def tangent(self, columns: np.ndarray) -> np.ndarray:
+        return self.D[:, columns]
+
     def save(self, into: object = None) -> tuple[np.ndarray, np.ndarray]:
         return self.state.copy(), self._u.copy()
 

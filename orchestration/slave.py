@@ -36,6 +36,7 @@ class Slave(Instance):
         self.can_rollback = about.canGetAndSetFMUstate
         self.takes_polynomials = about.canInterpolateInputs
         self.has_rates = about.maxOutputDerivativeOrder > 0
+        self._has_tangent = about.providesDirectionalDerivative
         self._final = fmi2.fmi2False if self.can_rollback else fmi2.fmi2True  # no state is set back before this step
         self._begun = False
         super().__init__(fmi2.FMU2Slave, archive, name, parameters, inputs, outputs, recorded, start, stop)
@@ -109,3 +110,17 @@ class Slave(Instance):
                 status, "output derivatives (without them exchange and waveform can be held, linear or quadratic)"
             )
         return group.values.copy()
+
+    def tangent(self, columns: np.ndarray) -> np.ndarray | None:
+        if not self._has_tangent:
+            return None
+        group, seed = self._wired, fmi2.fmi2Real(1.0)
+        found = np.empty((group.size, columns.size))
+        for place, column in enumerate(columns):
+            known = fmi2.fmi2ValueReference(self._driven.references[column])
+            status = self.library.fmi2GetDirectionalDerivative(
+                self._component, group.references, group.size, ctypes.byref(known), 1, ctypes.byref(seed), group.buffer
+            )
+            self._check(status, f"derivatives by {self.inputs[column].name}")
+            found[:, place] = group.values
+        return found

@@ -57,6 +57,9 @@ class Subsystem(Protocol):
     def rates(self) -> np.ndarray:
         """Time derivatives (n_y,) of the outputs now, a fresh array."""
 
+    def tangent(self, columns: np.ndarray) -> np.ndarray | None:
+        """Derivatives (n_y, n) of the outputs now by the inputs of these columns (n,); None where not offered."""
+
     def save(self, into: Any = None) -> Any:
         """A handle of the present state; `into` is an older handle to be written over."""
 

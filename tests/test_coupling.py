@@ -110,13 +110,13 @@ def test_undamped_masses_stay_neutral_with_linear_waveforms() -> None:
 # ---------------------------------------------------------------------------------------------------------------
 
 
-def slope(waveform: str, method: str | None, jacobi: bool, step: float = 0.02) -> float:
+def slope(waveform: str, method: str | None, jacobi: bool, step: float = 0.02, gain: float = 4.0) -> float:
     """Order seen between a step and its half, split Dahlquist to t = 1."""
     errors = []
     for h in (step, 0.5 * step):
-        systems, connections = dahlquist()
+        systems, connections = dahlquist(gain)
         couple(systems, connections, 1.0, h, method, waveform, jacobi=jacobi, tolerance=1e-13)
-        errors.append(abs(systems[0].values()[0] - math.exp(-5.0)))
+        errors.append(abs(systems[0].values()[0] - math.exp(-1.0 - gain)))
     return math.log2(errors[0] / errors[1])
 
 
@@ -126,12 +126,18 @@ def test_converged_coupling_has_the_order_of_the_waveform(waveform: str, order: 
     assert slope(waveform, "iqn", jacobi) == pytest.approx(order, abs=0.1)
 
 
+@pytest.mark.parametrize(
+    ("jacobi", "step", "gain"), [(False, 0.005, 4.0), (True, 0.01, 0.25)], ids=["gauss_seidel", "jacobi"]
+)
 @pytest.mark.parametrize(("waveform", "order"), [("held", 1), ("linear", 2), ("quadratic", 3), ("hermite", 4)])
-def test_explicit_coupling_has_the_order_of_the_extrapolation(waveform: str, order: int) -> None:
-    assert slope(waveform, None, False, 0.005) == pytest.approx(order, abs=0.1)
+def test_explicit_coupling_has_the_order_of_the_extrapolation(
+    waveform: str, order: int, jacobi: bool, step: float, gain: float
+) -> None:
+    """Jacobi sends everything one step late, which leaves cubics little room: a weaker loop shows the slope sooner."""
+    assert slope(waveform, None, jacobi, step, gain) == pytest.approx(order, abs=0.1)
 
 
-@pytest.mark.parametrize("method", ["plain", "aitken", "iqn", "broyden", "newton", Relaxed(0.5)])
+@pytest.mark.parametrize("method", ["plain", "aitken", "iqn", "broyden", "newton", "tangent", Relaxed(0.5)])
 def test_every_method_finds_the_same_answer(method: object) -> None:
     systems, connections = dahlquist()
     couple(systems, connections, 1.0, 0.1, method, "linear", tolerance=1e-12, max_sweeps=200)
