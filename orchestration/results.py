@@ -25,7 +25,7 @@ import xarray as xr
 from .archive import Variable
 from .iteration import spectral_radius
 from .master import StepLog
-from .scene import Scene
+from .scene import Member, Scene
 
 __all__ = ["about", "arrays", "collect", "read", "scalars", "versions", "write"]
 
@@ -130,9 +130,23 @@ def about(scene: Scene, status: str) -> dict[str, Any]:
         "stop_time_s": scene.stop_time,
         "coupling": json.dumps(asdict(scene.coupling)),
         "connections": json.dumps([str(c) for c in scene.connections]),
-        "members": json.dumps(members),
+        "members": json.dumps({m.name: _member(m) for m in scene.members}),
         "sources": json.dumps(scene.sources),
         "versions": json.dumps(versions()),
+    }
+
+
+def _member(m: Member) -> dict[str, Any]:
+    """choices: the words for the numbers that enumerations have among the parameters."""
+    parameters = {v: about for v, about in m.archive.variables.items() if about.causality == "parameter"}
+    values = {v: m.value(v) for v in parameters}
+    return {
+        "fmu": m.archive.path.name,
+        "guid": m.archive.guid,
+        "parameters": values,
+        "choices": {v: about.items[int(values[v]) - 1] for v, about in parameters.items() if about.items},
+        "units": {v: about.unit for v, about in parameters.items() if about.unit != "1"},
+        "signals": {name: [type(signal).__name__, asdict(signal)] for name, signal in m.signals.items()},
     }
 
 

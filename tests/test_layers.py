@@ -29,6 +29,7 @@ ORDER = (
     ("monolith",),
     ("reference", "paper"),
     ("peers", "stability", "sweep"),
+    ("report",),
     ("cli",),
 )
 RANK = {name: rank for rank, layer in enumerate(ORDER) for name in layer}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import typer
 
-from . import export, modes, monolith, paper, peers, reference, run, scenes, stability, sweep, timing
+from . import animate, export, modes, monolith, paper, peers, reference, report, run, scenes, stability, sweep, timing
 
 __all__ = ["app"]
 
@@ -21,6 +21,8 @@ for name, command in {
     "modes": modes.command,
     "stability": stability.command,
     "sweep": sweep.command,
+    "report": report.command,
+    "animate": animate.command,
     "peers": peers.command,
 }.items():
     app.command(name)(command)

@@ -1,0 +1,42 @@
+"""tca-cosim animate: a result as a moving picture."""
+
+from __future__ import annotations
+
+from enum import Enum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.progress import Progress
+
+from .console import out, reported, written
+from .options import Folder, Overrides
+from .shown import From, MaybeScene, shown
+
+__all__ = ["command"]
+
+
+class Kind(str, Enum):
+    gif = "gif"
+    mp4 = "mp4"
+
+
+def command(
+    scene: MaybeScene = None,
+    override: Overrides = [],  # noqa: B006 (typer copies it)
+    folder: Folder = Path("results"),
+    source: From = None,
+    kind: Annotated[Kind, typer.Option("--format", help="mp4: with ffmpeg (extra `report`)")] = Kind.gif,
+    frames: Annotated[int, typer.Option(min=2, help="At most, evenly spread in time")] = 100,
+    fps: Annotated[float, typer.Option(min=0.1, max=100.0, help="Frames a second")] = 20.0,
+) -> None:
+    """Shows the manipulator in motion, coloured by temperature; writes NAME.gif or NAME.mp4."""
+    from ..report import animation  # matplotlib
+
+    with reported():
+        result = shown(scene, override, source)
+        path = folder / f"{result.attrs['scene']}.{kind.value}"
+        with Progress(*Progress.get_default_columns(), console=out, transient=True) as bar:
+            task = bar.add_task("frames", total=frames)
+            animation.save(result, path, frames, fps, lambda: bar.advance(task))
+        written(path)

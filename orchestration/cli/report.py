@@ -1,0 +1,27 @@
+"""tca-cosim report: a result as a page."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from .console import extra, reported, written
+from .options import Folder, Overrides
+from .shown import From, MaybeScene, shown
+
+__all__ = ["command"]
+
+
+def command(
+    scene: MaybeScene = None,
+    override: Overrides = [],  # noqa: B006 (typer copies it)
+    folder: Folder = Path("results"),
+    source: From = None,
+) -> None:
+    """Shows a result as one HTML page that needs nothing else (extra `report`); writes NAME.html."""
+    with reported():
+        with extra("report"):
+            from ..report import page  # plotly, scikit-fem
+        result = shown(scene, override, source)
+        path = folder / f"{result.attrs['scene']}.html"
+        page.write(result, path)
+        written(path)

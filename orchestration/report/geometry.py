@@ -1,0 +1,92 @@
+"""A soft body in space: cross-sections along its centreline, and surfaces swept by points that stay fixed in them.
+
+    x(k) = p_k + a d1_k + b d2_k      (a, b) fixed in the cross-section of station k [m]
+
+d1, d2 are carried along the centreline without turning about it (parallel transport: Bishop, "There is more than one
+way to frame a curve", 1975), and then turned about it evenly, so that they end in the tip's own orientation. The
+cross-section is taken to be normal to the centreline: the shear of a slender body is not seen."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+from scipy.spatial.transform import Rotation
+
+__all__ = ["Frames", "Surface", "disc", "frames", "tube"]
+
+
+@dataclass(frozen=True)
+class Frames:
+    """p, d1, d2: (time, station, 3); p in m, d1 and d2 unit vectors that span the cross-section."""
+
+    p: np.ndarray
+    d1: np.ndarray
+    d2: np.ndarray
+
+    def sweep(self, offsets: np.ndarray, stations: np.ndarray) -> np.ndarray:
+        """(time, n, 3) [m]: where the points of (n, 2) offsets [m] in the cross-sections of (n,) stations are."""
+        a, b = offsets.T[:, :, None]
+        return self.p[:, stations] + a * self.d1[:, stations] + b * self.d2[:, stations]
+
+
+@dataclass(frozen=True)
+class Surface:
+    """Points in cross-sections, joined by triangles: offsets (n, 2) [m], stations (n,), triangles (m, 3)."""
+
+    offsets: np.ndarray
+    stations: np.ndarray
+    triangles: np.ndarray
+
+
+def frames(points: np.ndarray, tip: np.ndarray, stations: int) -> Frames:
+    """points: centreline (time, n >= 4, 3) [m], evenly spaced along the body from the clamp, where it leaves along z;
+    tip: quaternions (time, 4) of its end, scalar part first; stations: how many cross-sections, evenly spaced."""
+    along = np.linspace(0.0, 1.0, points.shape[1])
+    fine = np.linspace(0.0, 1.0, stations)
+    line = CubicSpline(along, points, axis=1)
+    p, t = line(fine), line(fine, 1)
+    t /= np.linalg.norm(t, axis=2, keepdims=True)
+    d1 = np.empty_like(t)
+    d1[:, 0] = _unit(_across(np.array([1.0, 0.0, 0.0]), t[:, 0]))
+    for k in range(stations - 1):  # the smallest rotation that takes one tangent to the next
+        a, b = t[:, k], t[:, k + 1]
+        share = (d1[:, k] * b).sum(axis=1, keepdims=True) / (1.0 + (a * b).sum(axis=1, keepdims=True))
+        d1[:, k + 1] = _unit(_across(d1[:, k] - share * (a + b), b))
+    d2 = np.cross(t, d1)
+    end = Rotation.from_quat(tip[:, [1, 2, 3, 0]]).apply([1.0, 0.0, 0.0])
+    twist = np.arctan2((end * d2[:, -1]).sum(axis=1), (end * d1[:, -1]).sum(axis=1))
+    turn = np.unwrap(twist)[:, None, None] * fine[:, None]
+    return Frames(p, np.cos(turn) * d1 + np.sin(turn) * d2, np.cos(turn) * d2 - np.sin(turn) * d1)
+
+
+def tube(centres: np.ndarray, radius: float, around: int) -> Surface:
+    """Of a circle carried along: centres (stations, 2) in the cross-sections and radius [m]; around: corners of the
+    circle."""
+    stations = len(centres)
+    angle = 2.0 * np.pi * np.arange(around) / around
+    ring = radius * np.column_stack([np.cos(angle), np.sin(angle)])
+    here = np.arange(around)
+    beside = (here + 1) % around
+    strip = np.vstack(
+        [np.column_stack([here, beside, around + beside]), np.column_stack([here, around + beside, around + here])]
+    )
+    triangles = (strip + around * np.arange(stations - 1)[:, None, None]).reshape(-1, 3)
+    return Surface((centres[:, None] + ring).reshape(-1, 2), np.repeat(np.arange(stations), around), triangles)
+
+
+def disc(radius: float, station: int, around: int) -> Surface:
+    """A whole cross-section."""
+    ring = tube(np.zeros((1, 2)), radius, around).offsets
+    here = np.arange(around)
+    fan = np.column_stack([np.full(around, around), here, (here + 1) % around])
+    return Surface(np.vstack([ring, np.zeros(2)]), np.full(around + 1, station), fan)
+
+
+def _across(v: np.ndarray, t: np.ndarray) -> np.ndarray:
+    return v - (v * t).sum(axis=-1, keepdims=True) * t
+
+
+def _unit(v: np.ndarray) -> np.ndarray:
+    return v / np.linalg.norm(v, axis=-1, keepdims=True)
