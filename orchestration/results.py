@@ -114,15 +114,6 @@ def read(path: Path) -> xr.Dataset:
 
 def about(scene: Scene, status: str) -> dict[str, Any]:
     """The record of a scene: all that it takes to run it again."""
-    members = {
-        m.name: {
-            "fmu": m.archive.path.name,
-            "guid": m.archive.guid,
-            "parameters": {v: m.value(v) for v, about in m.archive.variables.items() if about.causality == "parameter"},
-            "signals": {name: [type(signal).__name__, asdict(signal)] for name, signal in m.signals.items()},
-        }
-        for m in scene.members
-    }
     return {
         "title": scene.title,
         "scene": scene.name,
