@@ -25,7 +25,11 @@ compiled: $(VENV)/installed
 charts: compiled
 	python tests/bench/charts.py $(BUILD) docs/convergence.png
 
-test: compiled
+$(BUILD)/hosts/ready: .ci/hosts tests/hosts/pom.xml $(VENV)/ready
+	.ci/hosts $(BUILD)/hosts python
+	touch $@
+
+test: compiled $(BUILD)/hosts/ready
 	ctest --test-dir $(BUILD) --output-on-failure
 	ruff check .
 	ruff format --check .

@@ -1,12 +1,17 @@
 """A scene as an SSP 1.0 archive (System Structure and Parameterization), for tools that import whole systems:
 
-    SystemStructure.ssd     FMUs, connectors with units, connections; the scene's signals are inputs of the system
-    resources/*.fmu         the FMUs
-    resources/SET.ssv       every parameter set that comes with the package, together with what the scene sets
+    SystemStructure.ssd       FMUs, connectors with units, connections
+    resources/*.fmu           the FMUs
+    resources/SET.NAME.ssv    every parameter set that comes with the package, together with what the scene sets, for
+                              the FMU of that name
+
+The system is closed: Ecos and libcosim read no connectors of a system, and parameters at components only; FMPy wants
+all inputs connected that have a connector. So the scene's signals are in the sets, as constant inputs of the FMUs.
 
 All Real parameters are in every set, so that applying one set after another leaves nothing of the first; of the others
 those that a set or the scene gives. Enumerations are written as Integers, the form in which FMI 2.0 sets them: FMPy and
-OMSimulator pass them on as such. The set of the scene is bound."""
+OMSimulator pass them on as such; Ecos and libcosim have no enumerations and leave their start values with a warning
+(which the set `measured` changes). The set of the scene is bound."""
 
 from __future__ import annotations
 
@@ -17,13 +22,15 @@ from pathlib import Path
 from lxml import etree
 
 from .archive import Variable
-from .scene import Scene, parameter_sets, read
+from .errors import SceneError
+from .scene import Member, Scene, parameter_sets, read
 from .signals import Constant
 
 __all__ = ["SYSTEM", "write"]
 
 SYSTEM = "manipulator"
-_OUTPUTS = ("thermal.T", "rod.tip.p", "rod.tip.euler")  # of the system
+Values = list[tuple[Variable, float | int | bool]]
+_OUTPUTS = ("thermal.T", "rod.tip.p", "rod.tip.euler")  # connectors besides those that are wired
 _NAMESPACES = {
     name: f"http://ssp-standard.org/SSP1/SystemStructure{whole}"
     for name, whole in {"ssc": "Common", "ssd": "Description", "ssv": "ParameterValues"}.items()
@@ -34,7 +41,7 @@ _OMS = "https://raw.githubusercontent.com/OpenModelica/OMSimulator/master/schema
 
 def write(path: Path, name: str = "step", overrides: Iterable[str] = ("rod.closure=inside",)) -> None:
     """Writes a scene's archive, with the parameter set that it names bound. `inside` is the closure that needs no
-    iterating master. Raises SceneError."""
+    iterating master. Raises SceneError, also where a signal is not constant."""
     overrides = tuple(overrides)
     scene = read(name, overrides)
     sets = {set_name: read(name, (*overrides, f"parameters='{set_name}'")) for set_name in parameter_sets()}
@@ -43,7 +50,8 @@ def write(path: Path, name: str = "step", overrides: Iterable[str] = ("rod.closu
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("SystemStructure.ssd", _text(_structure(scene, bound)))
         for set_name, other in sets.items():
-            archive.writestr(f"resources/{set_name}.ssv", _text(_parameter_set(other, set_name)))
+            for member, values in _values(other).items():
+                archive.writestr(_set_file(set_name, member), _text(_parameter_set(values, set_name)))
         for member in scene.members:
             archive.write(member.archive.path, f"resources/{member.archive.path.name}")
 
@@ -51,69 +59,73 @@ def write(path: Path, name: str = "step", overrides: Iterable[str] = ("rod.closu
 def _structure(scene: Scene, bound: str) -> etree._Element:
     root = _root("ssd:SystemStructureDescription", SYSTEM)
     system = _add(root, "ssd:System", name=SYSTEM, description=scene.title)
-    inputs = {(m.name, name): m.archive.variables[name] for m in scene.members for name in m.signals}
-    outputs = {
-        (m.name, name): m.archive.variables[name]
-        for m in scene.members
-        for base, names in m.archive.vectors.items()
-        if f"{m.name}.{base}" in _OUTPUTS
-        for name in names
-    }
-    wired = [end for c in scene.connections for end in (c.target, c.source)]
-    used = {**inputs, **{end: scene.member(end[0]).archive.variables[end[1]] for end in wired}, **outputs}
-    _connectors(system, [*inputs.values(), *outputs.values()])
-    bindings = _add(system, "ssd:ParameterBindings")
-    _add(bindings, "ssd:ParameterBinding", source=f"resources/{bound}.ssv")
     elements = _add(system, "ssd:Elements")
+    used = {member.name: _used(member, scene) for member in scene.members}
     for member in scene.members:
         component = _add(
             elements,
             "ssd:Component",
             name=member.name,
+            type="application/x-fmu-sharedlibrary",
             source=f"resources/{member.archive.path.name}",
             implementation="CoSimulation",
         )
-        _connectors(component, [v for name, v in used.items() if name[0] == member.name])
+        _connectors(component, used[member.name])
+        bindings = _add(component, "ssd:ParameterBindings")
+        _add(bindings, "ssd:ParameterBinding", source=_set_file(bound, member.name))
     connections = _add(system, "ssd:Connections")
-    for element, name in inputs:
-        _add(connections, "ssd:Connection", startConnector=name, endElement=element, endConnector=name)
     for c in scene.connections:
         start = {"startElement": c.source[0], "startConnector": c.source[1]}
         _add(connections, "ssd:Connection", **start, endElement=c.target[0], endConnector=c.target[1])
-    for element, name in outputs:
-        _add(connections, "ssd:Connection", startElement=element, startConnector=name, endConnector=name)
     _step_size(system, scene)
-    _units(root, "ssd:Units", used.values())
+    _units(root, "ssd:Units", [variable for variables in used.values() for variable in variables])
     _add(root, "ssd:DefaultExperiment", startTime="0", stopTime=repr(scene.stop_time))
     return root
 
 
-def _parameter_set(scene: Scene, name: str) -> etree._Element:
+def _used(member: Member, scene: Scene) -> list[Variable]:
+    """What gets a connector."""
+    wired = [end for c in scene.connections for end in (c.target, c.source)]
+    vectors = member.archive.vectors.items()
+    shown = [name for base, names in vectors if f"{member.name}.{base}" in _OUTPUTS for name in names]
+    names = dict.fromkeys([*(name for owner, name in wired if owner == member.name), *shown])
+    return [member.archive.variables[name] for name in names]
+
+
+def _set_file(set_name: str, member: str) -> str:
+    return f"resources/{set_name}.{member}.ssv"
+
+
+def _parameter_set(values: Values, name: str) -> etree._Element:
     root = _root("ssv:ParameterSet", name)
     parameters = _add(root, "ssv:Parameters")
-    for full, (variable, value) in _values(scene).items():
-        parameter = _add(parameters, "ssv:Parameter", name=full)
+    for variable, value in values:
+        parameter = _add(parameters, "ssv:Parameter", name=variable.name)
         if variable.type == "Real":
             _add(parameter, "ssv:Real", value=repr(value), unit=variable.unit)
         elif variable.type == "Boolean":
             _add(parameter, "ssv:Boolean", value="true" if value else "false")
         else:
             _add(parameter, "ssv:Integer", value=str(value))
-    _units(root, "ssv:Units", [variable for variable, _ in _values(scene).values() if variable.type == "Real"])
+    _units(root, "ssv:Units", [variable for variable, _ in values if variable.type == "Real"])
     return root
 
 
-def _values(scene: Scene) -> dict[str, tuple[Variable, float | int | bool]]:
-    """What is set, by the name that it has in the system; constant signals are start values of the system's inputs."""
-    found = {}
+def _values(scene: Scene) -> dict[str, Values]:
+    """What is set, by FMU: parameters, and inputs that have a constant signal."""
+    found: dict[str, Values] = {}
     for member in scene.members:
+        values = found.setdefault(member.name, [])
         for variable in member.archive.variables.values():
             real = variable.type == "Real"
             if variable.causality == "parameter" and (real or variable.name in member.parameters):
-                found[f"{member.name}.{variable.name}"] = (variable, member.value(variable.name))
+                values.append((variable, member.value(variable.name)))
         for name, signal in member.signals.items():
-            if isinstance(signal, Constant):
-                found[name] = (member.archive.variables[name], signal.value)
+            if not isinstance(signal, Constant):
+                raise SceneError(
+                    f"{scene.name}: {member.name}.{name} varies in time; an SSP archive holds constants only"
+                )
+            values.append((member.archive.variables[name], signal.value))
     return found
 
 
