@@ -5,14 +5,16 @@ from __future__ import annotations
 
 import difflib
 import hashlib
+import io
 import math
 import tempfile
+import zipfile
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from importlib import resources
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import fmpy
 from fmpy.model_description import ModelDescription, ModelVariable, read_model_description
@@ -40,16 +42,20 @@ class Variable:
     start: float | int | bool | str | None = None
     items: tuple[str, ...] = ()  # of an enumeration; item k has the value k + 1
     measured: bool = True  # whether the XML declares a unit; where it does not, unit is "1"
+    factor: float = 1.0  # value in SI base units = factor * value + offset
+    offset: float = 0.0
 
 
 class Archive:
-    """path: the .fmu file. Use as a context manager, or close()."""
+    """path: the .fmu file, or that of one inside another archive, system.ssp/resources/rod.fmu. Use as a context
+    manager, or close()."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
         try:
             # The schema is checked by whoever makes the FMU; a scene needs only what is read below.
-            self.description: ModelDescription = read_model_description(str(path), validate=False)
+            with _opened(path) as file:
+                self.description: ModelDescription = read_model_description(file, validate=False)
         except Exception as error:
             raise SceneError(f"{path}: not a readable FMU ({error})") from error
         version = self.description.fmiVersion
@@ -57,8 +63,8 @@ class Archive:
             raise SceneError(f"{path}: made for FMI {version}; export it for FMI 2.0, as co-simulation")
         if self.description.coSimulation is None:
             raise SceneError(f"{path}: made for FMI {version} without co-simulation; export it as co-simulation")
-        dimensions = {unit.name: _dimension(unit.baseUnit) for unit in self.description.unitDefinitions}
-        self.variables = {v.name: _variable(v, dimensions) for v in self.description.modelVariables}
+        units = {unit.name: unit.baseUnit for unit in self.description.unitDefinitions}
+        self.variables = {v.name: _variable(v, units) for v in self.description.modelVariables}
         self._folder: tempfile.TemporaryDirectory[str] | None = None
 
     @property
@@ -68,7 +74,8 @@ class Archive:
     @cached_property
     def digest(self) -> str:
         """Of the file's content."""
-        return hashlib.sha256(self.path.read_bytes()).hexdigest()
+        with _opened(self.path) as file:
+            return hashlib.sha256(file.read()).hexdigest()
 
     @cached_property
     def vectors(self) -> dict[str, tuple[str, ...]]:
@@ -83,7 +90,8 @@ class Archive:
         """The folder with the unpacked FMU."""
         if self._folder is None:
             self._folder = tempfile.TemporaryDirectory(prefix=f"{self.path.stem}-")
-            fmpy.extract(str(self.path), unzipdir=self._folder.name)
+            with _opened(self.path) as file:
+                fmpy.extract(file, unzipdir=self._folder.name)
         return Path(self._folder.name)
 
     def close(self) -> None:
@@ -107,7 +115,7 @@ class _Kept(Archive):
 
 def kept(path: Path) -> Archive:
     """The archive of that file, read and extracted once per process and file content: for many runs."""
-    about = path.stat()
+    about = _container(path).stat()
     return _kept(path, about.st_mtime_ns, about.st_size)
 
 
@@ -117,12 +125,12 @@ def _kept(path: Path, changed: int, size: int) -> Archive:
 
 
 def find_fmu(name: str, near: Path | None = None) -> Path:
-    """The file of an FMU: a path (relative ones from the folder `near`), or the name of one that comes with this
-    package."""
+    """The file of an FMU: a path (relative ones from the folder `near`; also into an SSP archive), or the name of one
+    that comes with this package."""
     shipped = [Path(str(resources.files(__package__))) / "_fmus", Path(__file__).parent.parent / "fmus"]
     places = [near or Path.cwd(), *shipped]
     for place in places:
-        if (place / name).is_file():
+        if _container(place / name).is_file():
             return (place / name).resolve()
     there = [file.name for place in places if place.is_dir() for file in place.glob("*.fmu")]
     hint = "run `make fmus` to build thermal.fmu and rod.fmu" if not there else similar(name, there)
@@ -135,13 +143,27 @@ def similar(word: str, known: list[str] | tuple[str, ...]) -> str:
     return f"did you mean {close[0]!r}?" if close else f"allowed: {', '.join(sorted(known))}"
 
 
-def _dimension(base: Any) -> dict[str, int]:
+def _container(path: Path) -> Path:
+    """The file on disk: the path itself, or the archive that it leads into."""
+    return next((place for place in path.parents if place.is_file()), path)
+
+
+def _opened(path: Path) -> BinaryIO:
+    place = _container(path)
+    if place == path:
+        return path.open("rb")
+    with zipfile.ZipFile(place) as archive:
+        return io.BytesIO(archive.read(path.relative_to(place).as_posix()))
+
+
+def dimension(base: Any) -> dict[str, int]:
+    """Exponents of the SI base units in a BaseUnit of FMI or SSP; {} for 1 or nothing known."""
     if base is None:
         return {}
     return {unit: getattr(base, unit) for unit in ("kg", "m", "s", "A", "K", "mol", "cd", "rad") if getattr(base, unit)}
 
 
-def _variable(v: ModelVariable, dimensions: Mapping[str, Mapping[str, int]]) -> Variable:
+def _variable(v: ModelVariable, units: Mapping[str, Any]) -> Variable:
     def attribute(name: str) -> str | None:
         own = getattr(v, name, None)
         return own if own is not None or v.declaredType is None else getattr(v.declaredType, name, None)
@@ -155,7 +177,9 @@ def _variable(v: ModelVariable, dimensions: Mapping[str, Mapping[str, int]]) -> 
         variability=v.variability,
         description=v.description or "",
         unit=attribute("unit") or "1",
-        dimension=dimensions.get(attribute("unit"), {}),
+        dimension=dimension(base := units.get(attribute("unit"))),
+        factor=1.0 if base is None else float(base.factor),
+        offset=0.0 if base is None else float(base.offset),
         nominal=abs(float(attribute("nominal") or 1.0)) or 1.0,  # some exporters write 0, which FMI does not allow
         least=float(attribute("min") or -math.inf),
         most=float(attribute("max") or math.inf),

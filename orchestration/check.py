@@ -81,7 +81,9 @@ def number(layer: Layer, key: str, raw: Any, variable: Variable, difference: boo
         )
     try:
         value = (
-            units.convert(raw, variable.dimension, variable.unit, difference) if isinstance(raw, str) else float(raw)
+            units.convert(raw, variable.dimension, variable.unit, difference, variable.factor, variable.offset)
+            if isinstance(raw, str)
+            else float(raw)
         )
     except ValueError as error:
         layer.refuse(key, raw, f"{error}; give a number in {variable.unit!r} or a unit that converts to it")

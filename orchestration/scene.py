@@ -14,7 +14,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from . import check
+from . import check, ssp_reader
 from .archive import Archive, Variable, find_fmu, similar
 from .check import Layer
 from .errors import SceneError
@@ -92,7 +92,8 @@ DEFAULT_WIRING: tuple[tuple[str, str, Callable[[Scene], bool]], ...] = (
 KEYS = {
     "title": "one line of text",
     "stop_time": "[s], such as '30 s'; the one key that must be there",
-    "parameters": "name of a parameter set, or a file; default: fig3",
+    "parameters": "name of a parameter set, or a file, or with ssp one in the archive; default: fig3, or what is bound",
+    "ssp": "file of an SSP archive, whose FMUs, wiring, values and stop time hold where the scene says nothing else",
     "connections": "list of 'fmu.output -> fmu.input'; default: what the FMUs need of each other",
     "fmus": "table of name = 'file.fmu', in sweep order; default: thermal and rod",
     "coupling": "table of the settings of the master",
@@ -121,15 +122,10 @@ def read(source: str | Path, overrides: Sequence[str] = (), archive: Callable[[P
     layers = [load(path)]
     if overrides:
         layers.append(_override(overrides))
+    layers.insert(0, _base(_merge_top(layers), layers[0], path.parent, archive))
     top = _merge_top(layers)
-    parameter_set = top.get("parameters", ("fig3", layers[0]))
-    if not isinstance(parameter_set[0], str):
-        parameter_set[1].refuse(
-            "parameters", parameter_set[0], f"wrong type; {similar('', list(_shipped('parameters')))}"
-        )
-    base = load(find(parameter_set[0], "parameters", "parameter set", path.parent))
-    members = _members(top, [base, *layers], path.parent, archive)
-    stop_raw, stop_layer = top.get("stop_time", (None, layers[0]))
+    members = _members(top, layers, path.parent, archive)
+    stop_raw, stop_layer = top.get("stop_time", (None, layers[1]))
     if stop_raw is None:
         stop_layer.refuse("stop_time", None, "missing; add for example stop_time = '30 s'")
     stop_time = check.number(stop_layer, "stop_time", stop_raw, check.TIME)
@@ -142,9 +138,26 @@ def read(source: str | Path, overrides: Sequence[str] = (), archive: Callable[[P
         members=members,
         connections=(),
         coupling=_coupling(layers),
-        sources=tuple((layer.origin, layer.text) for layer in [base, *layers]),
+        sources=tuple((layer.origin, layer.text) for layer in layers),
     )
     return _wired(scene, top.get("connections"))
+
+
+def _base(
+    top: Mapping[str, tuple[Any, Layer]], first: Layer, folder: Path, archive: Callable[[Path], Archive]
+) -> Layer:
+    """What a scene builds on: a parameter set, or an SSP archive with one of its own."""
+    for key in ("parameters", "ssp"):
+        value, layer = top.get(key, ("", first))
+        if not isinstance(value, str):
+            layer.refuse(key, value, f"wrong type; give the {KEYS[key]}")
+    chosen = top["parameters"][0] if "parameters" in top else None
+    if "ssp" in top:
+        place = folder / top["ssp"][0]
+        if not place.is_file():
+            top["ssp"][1].refuse("ssp", top["ssp"][0], f"no such file in {folder}; give the {KEYS['ssp']}")
+        return ssp_reader.read(place, chosen, archive)
+    return load(find(chosen or "fig3", "parameters", "parameter set", folder))
 
 
 def _shipped(folder: str) -> dict[str, Path]:
@@ -153,11 +166,11 @@ def _shipped(folder: str) -> dict[str, Path]:
 
 
 def find(source: str | Path, folder: str, kind: str, near: Path | None = None) -> Path:
-    """The TOML file of that path (also from the folder `near`), or of that name in a folder of the package. Raises
+    """The file of that path (also from the folder `near`), or of that name in a folder of the package. Raises
     SceneError."""
     shipped = _shipped(folder)
     for candidate in (Path(source), (near or Path()) / source):
-        if candidate.suffix == ".toml" and candidate.is_file():
+        if candidate.suffix in (".toml", ".ssp") and candidate.is_file():
             return candidate
     if str(source) in shipped:
         return shipped[str(source)]
@@ -165,7 +178,9 @@ def find(source: str | Path, folder: str, kind: str, near: Path | None = None) -
 
 
 def load(path: Path) -> Layer:
-    """A TOML file. Raises SceneError."""
+    """A TOML file; an SSP archive alone is a scene that names no more than it. Raises SceneError."""
+    if path.suffix == ".ssp":
+        return Layer(str(path), "", {"ssp": path.name})
     try:
         text = path.read_text(encoding="utf-8")
         return Layer(str(path), text, tomllib.loads(text))

@@ -20,10 +20,17 @@ def _registry() -> Any:
     return pint.UnitRegistry()
 
 
-def convert(text: str, dimension: Mapping[str, int], unit: str, difference: bool = False) -> float:
-    """The number in `unit` for a text such as "3 V". dimension: exponents of SI base units as FMI declares them;
-    difference: an interval, so that 5 degC is 5 K. A unit unknown to pint, another dimension or no number raise
-    ValueError."""
+def convert(
+    text: str,
+    dimension: Mapping[str, int],
+    unit: str,
+    difference: bool = False,
+    factor: float = 1.0,
+    offset: float = 0.0,
+) -> float:
+    """The number in `unit` for a text such as "3 V". dimension, factor, offset: of `unit` in SI base units as FMI
+    declares them; difference: an interval, so that 5 degC is 5 K. A unit unknown to pint, another dimension or no
+    number raise ValueError."""
     match = _QUANTITY.fullmatch(text)
     if match is None:
         raise ValueError("not a number with a unit")
@@ -40,7 +47,8 @@ def convert(text: str, dimension: Mapping[str, int], unit: str, difference: bool
         raise ValueError(f"unit {written!r} is not known") from error
     if base.dimensionality != _target(dimension).dimensionality:
         raise ValueError(f"unit {written!r} does not fit")
-    return float(base.to(_target(dimension)).magnitude)
+    value = float(base.to(_target(dimension)).magnitude)
+    return (value if difference else value - offset) / factor
 
 
 def _target(dimension: Mapping[str, int]) -> Any:

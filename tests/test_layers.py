@@ -21,7 +21,7 @@ ORDER = (
     ("stepping",),
     ("drive",),
     ("check",),
-    ("settings",),
+    ("settings", "ssp_reader"),
     ("scene",),
     ("results", "ssp"),
     ("simulate",),
