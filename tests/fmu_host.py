@@ -47,6 +47,7 @@ class _Hosted:
         self.variables = {v.name: v for v in self.description.modelVariables}
         self.outputs = [v.name for v in self.description.modelVariables if v.causality == "output" and v.type == "Real"]
         self.messages: list[str] = []
+        self.worst = 0  # fmi2Status of all of them
         super().__init__(
             guid=self.description.guid,
             unzipDirectory=fmpy.extract(str(path)),
@@ -60,6 +61,7 @@ class _Hosted:
 
     def _take(self, environment, instance, status, category, message) -> None:
         self.messages.append(message.decode())
+        self.worst = max(self.worst, status)
 
     def __enter__(self: Self) -> Self:
         return self
