@@ -1,21 +1,26 @@
 """Co-simulation of soft manipulators driven by twisted-and-coiled actuators: scenes, a master with rollback, results.
 
     import orchestration as tca
-    result = tca.run(tca.read("step"))       # an xarray Dataset
+    result = tca.run("step", {"rod.order": 2})    # an xarray Dataset
+    result.tca.plot()                             # also .animate() and .report(path)
     tca.write(result, Path("step.nc"))
 
 Flow: scene -> master -> subsystems -> results -> charts; nothing later in it is imported by anything earlier.
 """
 
+from .accessor import Film, Looks
+from .api import Overrides, read, run
 from .errors import CosimError, CouplingError, SceneError, SubsystemError
 from .results import write
-from .scene import Coupling, Scene, read, titles
-from .simulate import run
+from .scene import Coupling, Scene, titles
 
 __all__ = [
     "CosimError",
     "Coupling",
     "CouplingError",
+    "Film",
+    "Looks",
+    "Overrides",
     "Scene",
     "SceneError",
     "SubsystemError",

@@ -14,7 +14,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from . import check, ssp_reader
+from . import check, described, ssp_reader
 from .archive import Archive, Variable, find_fmu, similar
 from .check import Layer
 from .errors import SceneError
@@ -78,6 +78,12 @@ class Scene:
     connections: tuple[Connection, ...]
     coupling: Coupling
     sources: tuple[tuple[str, str], ...]  # origin and text of every layer, for the record
+
+    def __repr__(self) -> str:
+        return described.text(self)
+
+    def _repr_html_(self) -> str:
+        return described.html(self)
 
     def member(self, name: str) -> Member:
         return next(m for m in self.members if m.name == name)

@@ -9,7 +9,7 @@ import orchestration
 
 FOLDER = Path(orchestration.__file__).parent
 ORDER = (
-    ("errors", "units", "signals", "subsystem"),
+    ("errors", "units", "signals", "subsystem", "described"),
     ("spread",),
     ("archive", "linear", "wiring"),
     ("instance",),
@@ -30,6 +30,7 @@ ORDER = (
     ("reference", "paper"),
     ("peers", "stability", "sweep"),
     ("report",),
+    ("accessor", "api"),
     ("cli",),
 )
 RANK = {name: rank for rank, layer in enumerate(ORDER) for name in layer}

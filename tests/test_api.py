@@ -1,0 +1,118 @@
+"""The package from Python: scenes by name, path or value, overrides as tables, what notebooks show, types."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import orchestration as tca
+
+SHORT = {"stop_time": "1 s"}
+
+
+@pytest.fixture(scope="module")
+def result() -> xr.Dataset:
+    return tca.run("step", SHORT)
+
+
+def test_a_scene_runs_by_name_path_or_value(result: xr.Dataset, tmp_path: Path) -> None:
+    path = tmp_path / "step.toml"
+    path.write_text(tca.titles()["step"][1].read_text())
+    for scene, overrides in (("step", ["stop_time=1"]), (path, SHORT), (tca.read("step", SHORT), ())):
+        xr.testing.assert_equal(tca.run(scene, overrides), result)
+
+
+def test_overrides_are_tables_of_python_values() -> None:
+    volts = [0, {"steps": [["0 s", "1 V"], ["2 s", "0 V"]]}, 3.0]
+    given = {"thermal.V": volts, "rod.dynamic": True, "coupling.method": "newton", "rod.body.E": np.float64(4e4)}
+    scene = tca.read("step", given)
+    assert scene.coupling.method == "newton"
+    assert scene.member("rod").value("dynamic") is True
+    assert scene.member("rod").value("body.E") == 4e4
+    assert scene.member("thermal").signals["V[2]"].breaks == (2.0,)
+    assert tca.read("step", {"thermal.V": np.zeros(3)}).member("thermal").signals["V[3]"].polynomial(0.0, 1.0)[0] == 0.0
+
+
+@pytest.mark.parametrize(
+    ("overrides", "text"),
+    [
+        ({"rod.order": object()}, "rod.order = <object.*object is no number"),
+        ("rod.order=2", r"\['rod.order=2'\]"),
+        ({"rod.ordr": 2}, "did you mean 'order'"),
+        ({"rod.body.E": float("nan")}, "rod.body.E"),
+    ],
+)
+def test_overrides_that_mean_nothing_are_refused(overrides: tca.Overrides, text: str) -> None:
+    with pytest.raises(tca.SceneError, match=text):
+        tca.read("step", overrides)
+
+
+def test_a_scene_that_is_read_takes_no_overrides() -> None:
+    with pytest.raises(tca.SceneError, match="has been read"):
+        tca.run(tca.read("step"), SHORT)
+
+
+def test_a_scene_says_what_it_is() -> None:
+    scene = tca.read("switch", {"rod.order": 2})
+    lines = repr(scene).splitlines()
+    assert lines[0] == "Scene 'switch': Switch: V1 = 3 V until 15 s, then V2 = 3 V"
+    assert any("30 s in macro steps of 0.1 s" in line for line in lines)
+    assert any("rod.fmu" in line and "order 2" in line and "closure exchanged" in line for line in lines)
+    assert any("V[1] = steps(times [0, 15], values [3, 0]) V" in line for line in lines)
+    assert any("V[3] = 0 V" in line for line in lines)
+    shown = scene._repr_html_()
+    assert shown.startswith("<table>")
+    assert "thermal.T -&gt; rod.T, rod.delta -&gt; rod.delta_guess" in shown
+
+
+def test_results_draw_themselves(result: xr.Dataset, tmp_path: Path) -> None:
+    figure = result.tca.plot()
+    titles = [axes.get_title(loc="left") for axes in figure.axes if axes.get_visible()]
+    assert {"Voltages [V]", "Temperatures [°C]", "Energies of the rod [mJ]", "Sweeps per macro step [1]"} <= set(titles)
+    assert figure._repr_png_().startswith(b"\x89PNG")
+    film = result.tca.animate(frames=3)
+    assert film.data.startswith(b"GIF89a")
+    assert film._repr_html_().startswith('<img src="data:image/gif;base64,')
+    assert "MB" in repr(film)
+    assert result.tca.animate(tmp_path / "a.gif", frames=2) == tmp_path / "a.gif"
+    assert result.tca.report(tmp_path / "a.html") == tmp_path / "a.html"
+    assert {file.name for file in tmp_path.iterdir()} == {"a.gif", "a.html"}
+
+
+def test_reports_need_their_extra(result: xr.Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "orchestration.report.page", None)
+    monkeypatch.delattr("orchestration.report.page", raising=False)
+    with pytest.raises(tca.CosimError, match=r"tca-cosim\[report\]"):
+        result.tca.report(tmp_path / "a.html")
+
+
+def test_the_package_is_typed(tmp_path: Path) -> None:
+    (tmp_path / "user.py").write_text(
+        "from pathlib import Path\n"
+        "import xarray as xr\n"
+        "from typing_extensions import assert_type\n"
+        "import orchestration as tca\n"
+        "scene = tca.read('step', {'rod.order': 2})\n"
+        "assert_type(scene, tca.Scene)\n"
+        "assert_type(scene.coupling.macro_step, float)\n"
+        "assert_type(tca.run(scene), xr.Dataset)\n"
+        "assert_type(tca.run('step', ['rod.order=2']), xr.Dataset)\n"
+        "assert_type(tca.write(tca.run('step'), Path('a.nc')), None)\n"
+        "tca.run(3)  # type: ignore[arg-type]\n"
+    )
+    checked = [
+        "--strict",
+        "--warn-unused-ignores",
+        "--follow-imports=silent",
+        "--no-incremental",
+        str(tmp_path / "user.py"),
+    ]
+    done = subprocess.run(
+        [sys.executable, "-m", "mypy", *checked], cwd=Path(tca.__file__).parents[1], capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stdout
