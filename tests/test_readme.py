@@ -64,6 +64,7 @@ def test_commands_in_the_text(place: Path) -> None:
         "tca-cosim monolith step --set stop_time=5": 0,
         "tca-cosim modes step --time 20": 0,
         "tca-cosim export --ssp scene.ssp": 0,
+        "tca-cosim run scene.ssp": 0,
     }
     assert set(INLINE) == set(expected)
     for command, code in expected.items():
