@@ -9,13 +9,15 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib import resources
 from pathlib import Path
 from typing import Any
 
 from . import check, described, ssp_reader
 from .archive import Archive, Variable, find_fmu, similar
+from .asked import Asked
+from .asked import read as read_asked
 from .check import Layer
 from .errors import SceneError
 from .exchange import METHODS as EXCHANGES
@@ -29,7 +31,7 @@ if sys.version_info >= (3, 11):
 else:
     import tomli as tomllib
 
-__all__ = ["KEYS", "Coupling", "Member", "Scene", "find", "load", "parameter_sets", "read", "titles"]
+__all__ = ["KEYS", "TABLES", "Coupling", "Member", "Scene", "find", "load", "parameter_sets", "read", "titles"]
 
 Value = float | int | bool | str
 
@@ -77,6 +79,7 @@ class Scene:
     members: tuple[Member, ...]
     connections: tuple[Connection, ...]
     coupling: Coupling
+    asked: Asked
     sources: tuple[tuple[str, str], ...]  # origin and text of every layer, for the record
 
     def __repr__(self) -> str:
@@ -87,6 +90,10 @@ class Scene:
 
     def member(self, name: str) -> Member:
         return next(m for m in self.members if m.name == name)
+
+    def model(self, name: str) -> Member | None:
+        """The member whose FMU is that model."""
+        return next((m for m in self.members if m.archive.description.modelName == name), None)
 
 
 # source, target, and when: by default equal names are wired; what the master must iterate only where it acts.
@@ -103,8 +110,10 @@ KEYS = {
     "connections": "list of 'fmu.output -> fmu.input'; default: what the FMUs need of each other",
     "fmus": "table of name = 'file.fmu', in sweep order; default: thermal and rod",
     "coupling": "table of the settings of the master",
+    "fidelity": "table: how much model to use, and what for",
     "NAME": "table of the FMU of that name: its parameters, and its inputs as constants or signals",
 }
+TABLES = {"coupling": Coupling, "fidelity": Asked}  # of settings
 _TOP = tuple(key for key in KEYS if key != "NAME")
 _FMUS = {"thermal": "thermal.fmu", "rod": "rod.fmu"}
 
@@ -144,6 +153,7 @@ def read(source: str | Path, overrides: Sequence[str] = (), archive: Callable[[P
         members=members,
         connections=(),
         coupling=_coupling(layers),
+        asked=read_asked(layers, {m.name: m.archive for m in members}),
         sources=tuple((layer.origin, layer.text) for layer in layers),
     )
     return _wired(scene, top.get("connections"))
@@ -308,7 +318,7 @@ def _wired(scene: Scene, given: tuple[Any, Layer] | None) -> Scene:
         found = [c for c in found if c.target[1] not in scene.member(c.target[0]).signals]
     else:
         found = _given_connections(scene, *given)
-    return Scene(scene.name, scene.title, scene.stop_time, scene.members, tuple(found), scene.coupling, scene.sources)
+    return replace(scene, connections=tuple(found))
 
 
 def _given_connections(scene: Scene, texts: Any, layer: Layer) -> list[Connection]:

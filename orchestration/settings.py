@@ -29,7 +29,7 @@ def setting(
     kind = "Enumeration" if choices else {int: "Integer", float: "Real"}[type(default)]
     dimension = {unit: 1} if unit != "1" else {}
     about = Variable(
-        "", 0, kind, "parameter", "fixed", meaning, unit, dimension, 1.0, least, most, default, tuple(choices)
+        "", 0, kind, "parameter", "fixed", meaning, unit, dimension, 1.0, least, most, default, items=tuple(choices)
     )
     return field(default=default, metadata={"about": about})
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, fields
 
 import xarray as xr
@@ -11,14 +11,14 @@ import xarray as xr
 from . import exchange, iteration, results
 from .archive import Variable
 from .drive import drive
-from .errors import CosimError, SubsystemError
+from .errors import CosimError, SceneError, SubsystemError
 from .master import Master, Settings, StepLog
 from .network import assemble
 from .scene import Coupling, Member, Scene
 from .slave import Slave
 from .stepping import Control, Doubling, Embedded, Fixed
 
-__all__ = ["Prepared", "prepared", "recorded", "run"]
+__all__ = ["Prepared", "prepared", "recorded", "run", "solved"]
 
 
 @dataclass(frozen=True)
@@ -29,15 +29,23 @@ class Prepared:
     slaves: tuple[Slave, ...]
     master: Master
 
-    def steps(self, progress: Callable[[float], None] = lambda time: None) -> Iterator[StepLog]:
-        """Runs to the stop time; yields the log of every macro step."""
+    def steps(
+        self, progress: Callable[[float], None] = lambda time: None, marks: Iterable[float] = ()
+    ) -> Iterator[StepLog]:
+        """Runs to the stop time; yields the log of every macro step. marks: times [s] at which steps end."""
         breaks = [t for m in self.scene.members for signal in m.signals.values() for t in signal.breaks]
-        return drive(self.master, _control(self.scene.coupling), 0.0, self.scene.stop_time, breaks, progress)
+        return drive(self.master, _control(self.scene.coupling), 0.0, self.scene.stop_time, breaks, progress, marks)
 
 
 @contextlib.contextmanager
 def prepared(scene: Scene) -> Iterator[Prepared]:
-    """Everything that was loaded is freed at the end. Raises SubsystemError, CouplingError."""
+    """Everything that was loaded is freed at the end. Raises SubsystemError, CouplingError, and SceneError where the
+    scene leaves its level open (fidelity.run chooses one)."""
+    if scene.asked.level == "auto":
+        raise SceneError(
+            f"{scene.name}: fidelity.level = 'auto': the models are not chosen yet; use `tca-cosim run` or "
+            "`tca-cosim fit`, or set fidelity.level = 'given'"
+        )
     with contextlib.ExitStack() as stack:
         for member in scene.members:
             stack.callback(member.archive.close)  # the extracted files; a later run extracts them again
@@ -56,15 +64,21 @@ def run(scene: Scene, progress: Callable[[float], None] = lambda time: None) -> 
     """The result (results.collect). Raises SubsystemError and CouplingError; what had been computed by then is the
     error's `partial`, whose status says why it ended."""
     with prepared(scene) as ready:
-        names = {m.name: recorded(m) for m in scene.members}
-        first, logs = ready.master.observe(), []
-        try:
-            for log in ready.steps(progress):
-                logs.append(log)
-        except CosimError as error:
-            error.partial = results.collect(scene, names, first, logs, f"partial: {error}")
-            raise
-        return results.collect(scene, names, first, logs, "complete")
+        return solved(ready, progress)
+
+
+def solved(ready: Prepared, progress: Callable[[float], None] = lambda time: None) -> xr.Dataset:
+    """run() of what is loaded already; once."""
+    scene = ready.scene
+    names = {m.name: recorded(m) for m in scene.members}
+    first, logs = ready.master.observe(), []
+    try:
+        for log in ready.steps(progress):
+            logs.append(log)
+    except CosimError as error:
+        error.partial = results.collect(scene, names, first, logs, f"partial: {error}")
+        raise
+    return results.collect(scene, names, first, logs, "complete")
 
 
 def _slave(scene: Scene, member: Member) -> Slave:

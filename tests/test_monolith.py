@@ -115,6 +115,7 @@ BARE = (
     "rod.tca.stiffness=0",
     "rod.body.rho=1070",
     f"rod.body.shear_factor={27 / 28}",
+    "rod.body.retardation=0",
     "rod.order=7",
 )
 
@@ -133,8 +134,9 @@ def test_frequencies_of_the_bare_rod() -> None:
 
 def test_frequencies_with_cold_tcas_wherever_the_loop_is_closed() -> None:
     """The generalised eigenproblem of the rod's own mass and stiffness gives 6.35289 Hz."""
-    inside = monolith.modes(read("step", ["rod.dynamic=true", "rod.closure=inside", "rod.order=7"]))
-    quasi_static = monolith.modes(read("step", ["rod.order=7"]))
+    undamped = ("rod.order=7", "rod.body.retardation=0")
+    inside = monolith.modes(read("step", ["rod.dynamic=true", "rod.closure=inside", *undamped]))
+    quasi_static = monolith.modes(read("step", undamped))
     for found in (inside, quasi_static):
         assert [mode.frequency for mode in found.modes[:2]] == pytest.approx([6.35289, 6.35289], rel=1e-6)
 
@@ -178,4 +180,4 @@ def test_commands(tmp_path: Path) -> None:
     assert "rod.delta" in done.stdout
     listed = tca("modes", "step", "--count", "2", folder=tmp_path)
     assert listed.returncode == 0, listed.stderr
-    assert "6.35289" in listed.stdout
+    assert "6.3639" in listed.stdout

@@ -4,7 +4,22 @@ from __future__ import annotations
 
 import typer
 
-from . import animate, export, modes, monolith, paper, peers, reference, report, run, scenes, stability, sweep, timing
+from . import (
+    animate,
+    export,
+    fit,
+    modes,
+    monolith,
+    paper,
+    peers,
+    reference,
+    report,
+    run,
+    scenes,
+    stability,
+    sweep,
+    timing,
+)
 
 __all__ = ["app"]
 
@@ -21,6 +36,7 @@ for name, command in {
     "modes": modes.command,
     "stability": stability.command,
     "sweep": sweep.command,
+    "fit": fit.command,
     "report": report.command,
     "animate": animate.command,
     "peers": peers.command,

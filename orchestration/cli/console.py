@@ -13,8 +13,8 @@ from rich.table import Table
 
 from ..compare import compare
 from ..errors import CosimError
+from ..fidelity import run as run_scene
 from ..scene import Scene
-from ..simulate import run as run_scene
 
 __all__ = ["extra", "out", "reported", "run", "show_gaps", "watched", "written"]
 

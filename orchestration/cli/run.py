@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import xarray as xr
@@ -11,6 +12,7 @@ from ..errors import CosimError
 from ..scene import Scene, read
 from .console import out, reported, written
 from .console import run as run_scene
+from .fit import explain
 from .options import Folder, Overrides, SceneName
 
 __all__ = ["command"]
@@ -35,6 +37,8 @@ def command(
         for ending in ("nc", "csv"):
             results.write(result, folder / f"{described.name}.{ending}")
         _summarise(described, result)
+        if "fidelity" in result.attrs:
+            explain(json.loads(result.attrs["fidelity"]))
         written(folder / f"{described.name}.nc", ".csv")
 
 

@@ -3,7 +3,9 @@
 What lies between it and the co-simulation is the error of the coupling. Linearised, it gives natural frequencies and
 damping ratios."""
 
+from ..closing import closed_inside
 from .modes import Mode, Modes, modes
-from .solve import run
+from .solve import logged, result, run
+from .system import assembled
 
-__all__ = ["Mode", "Modes", "modes", "run"]
+__all__ = ["Mode", "Modes", "assembled", "closed_inside", "logged", "modes", "result", "run"]

@@ -12,10 +12,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.linalg import block_diag
 
+from ..closing import closed_inside
 from ..scene import Member, Scene
 from .part import Model, Part
 from .solve import course
-from .system import System, assembled, closed_inside
+from .system import System, assembled
 
 __all__ = ["Mode", "Modes", "modes"]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -14,13 +14,14 @@ from sksundae import SUNDIALS_VERSION
 from sksundae.cvode import CVODE
 
 from .. import results
+from ..closing import closed_inside
 from ..errors import SubsystemError
 from ..master import StepLog
 from ..scene import Scene
 from ..simulate import recorded
-from .system import Piece, System, assembled, closed_inside
+from .system import Piece, System, assembled
 
-__all__ = ["course", "run"]
+__all__ = ["course", "logged", "result", "run"]
 
 _MOST_STEPS = 1_000_000  # of the integrator, between two outputs
 _SAME = 1e-9  # share of a step below which two times are the same
@@ -38,12 +39,27 @@ def run(
     given, the macro steps of a fixed control. Raises SceneError, SubsystemError."""
     scene = closed_inside(scene)
     with assembled(scene) as system:
-        logs = []
-        for point in course(scene, system, tolerance, times):
-            logs.append(StepLog(point.time, point.length, 0, 0.0, 0.0, None, system.record()))
-            progress(point.time)
-        names = {m.name: recorded(m) for m in scene.members}
-        dataset = results.collect(scene, names, logs[0].record, logs[1:], "complete")
+        return result(scene, logged(scene, system, tolerance, times, progress), tolerance)
+
+
+def logged(
+    scene: Scene,
+    system: System,
+    tolerance: float,
+    times: np.ndarray | None = None,
+    progress: Callable[[float], None] = lambda time: None,
+) -> list[StepLog]:
+    """The start and every output of run(), for result()."""
+    logs = []
+    for point in course(scene, system, tolerance, times):
+        logs.append(StepLog(point.time, point.length, 0, 0.0, 0.0, None, system.record()))
+        progress(point.time)
+    return logs
+
+
+def result(scene: Scene, logs: Sequence[StepLog], tolerance: float) -> xr.Dataset:
+    names = {m.name: recorded(m) for m in scene.members}
+    dataset = results.collect(scene, names, logs[0].record, logs[1:], "complete")
     dataset.attrs["coupling"] = json.dumps(
         {"method": "monolith", "solver": f"CVODE BDF {SUNDIALS_VERSION}", "tolerance": tolerance}
     )

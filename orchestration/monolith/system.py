@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Iterator
-from dataclasses import replace
 
 import networkx as nx
 import numpy as np
@@ -19,9 +18,8 @@ from ..simulate import recorded
 from ..wiring import Connection
 from .part import Equilibrium, Model, Part
 
-__all__ = ["System", "assembled", "closed_inside"]
+__all__ = ["System", "assembled"]
 
-_INSIDE, _EXCHANGED = 1, 2  # items of the parameter closure
 _INSTANT = 1e-9  # [s]
 
 Piece = tuple[float, float]  # between two events [s]
@@ -100,18 +98,6 @@ def assembled(scene: Scene) -> Iterator[System]:
         for member in scene.members:
             stack.callback(member.archive.close)
         yield System(scene, {m.name: stack.enter_context(contextlib.closing(_part(scene, m))) for m in scene.members})
-
-
-def closed_inside(scene: Scene) -> Scene:
-    """The scene with `closure = inside` where the master would have closed it from the same FMU's delta."""
-    members, connections = [], list(scene.connections)
-    for member in scene.members:
-        loop = [c for c in connections if c.source[0] == c.target[0] == member.name and "delta_guess" in c.target[1]]
-        if member.value("closure") == _EXCHANGED and loop:
-            member = replace(member, parameters={**member.parameters, "closure": _INSIDE})
-            connections = [c for c in connections if c not in loop]
-        members.append(member)
-    return replace(scene, members=tuple(members), connections=tuple(connections))
 
 
 def _part(scene: Scene, member: Member) -> Part:

@@ -1,0 +1,103 @@
+"""What can be chosen, as data: one ladder per axis, from the least model to the most. A choice is one rung on each."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+from ..archive import kept
+from ..closing import closed_inside
+from ..scene import Coupling, Member, Scene
+
+__all__ = ["Axis", "Choice", "Ladder", "applied", "ladder", "settings"]
+
+Value = float | int | bool | str
+Choice = Mapping[str, int]  # axis -> rung
+
+
+@dataclass(frozen=True)
+class Axis:
+    """rungs: the settings of each, from the least model to the most. term: of the error budget. model: of the FMU that
+    they belong to, by its name; None: the master. compared: how many rungs further the model is that shows what this
+    one lacks (math.inf: the last rung)."""
+
+    name: str
+    term: str
+    model: str | None
+    rungs: tuple[Mapping[str, Value], ...]
+    compared: float = 1
+
+    def above(self, rung: int) -> int:
+        return int(min(rung + self.compared, len(self.rungs) - 1))
+
+
+Ladder = tuple[Axis, ...]
+
+_TOLERANCES = tuple(10.0**-k for k in range(1, 11))
+_AXES: Ladder = (
+    Axis(
+        "heat",
+        "space",
+        "thermal",
+        ({"level": "lumped"}, *({"level": "reduced", "tolerance": t} for t in _TOLERANCES if t >= 1e-8)),
+    ),
+    # Against all strains: twist alone shows nothing where bending goes with shear.
+    Axis(
+        "strains",
+        "model",
+        "rod",
+        tuple({"strains": s} for s in ("bending", "extensible", "kirchhoff", "cosserat")),
+        math.inf,
+    ),
+    Axis("inertia", "model", "rod", ({"dynamic": False}, {"dynamic": True})),
+    # Two orders further: one more may show nothing where shapes are symmetric.
+    Axis("order", "space", "rod", tuple({"order": n} for n in range(8)), 2),
+    Axis("step", "time", "rod", tuple({"tolerance": t} for t in _TOLERANCES)),
+    Axis("macro", "coupling", None, tuple({"macro_step": 0.5**k} for k in range(8))),  # shares of the scene's own
+)
+# What is the same for every choice: methods that need no tuning, and no loop where none is needed.
+_FIXED: dict[str, Mapping[str, Value]] = {"rod": {"method": "rosenbrock"}}
+
+
+def ladder(scene: Scene) -> Ladder:
+    """The axes that the scene's FMUs have."""
+    return tuple(
+        axis
+        for axis in _AXES
+        if axis.model is None
+        or ((member := scene.model(axis.model)) and all(k in member.archive.variables for k in axis.rungs[-1]))
+    )
+
+
+def settings(scene: Scene, choice: Choice) -> dict[str, Value]:
+    """What a choice sets, by the keys of a scene file; enumerations by name, the macro step in s."""
+    found: dict[str, Value] = {}
+    for axis in ladder(scene):
+        member = scene.model(axis.model) if axis.model else None
+        name = member.name if member else "coupling"
+        found |= {f"{name}.{key}": value for key, value in axis.rungs[choice[axis.name]].items()}
+    for model, fixed in _FIXED.items():
+        if member := scene.model(model):
+            found |= {f"{member.name}.{key}": value for key, value in fixed.items()}
+    found["coupling.macro_step"] *= scene.coupling.macro_step
+    return found
+
+
+def applied(scene: Scene, choice: Choice) -> Scene:
+    """The scene with that choice: loops closed inside the rod, the coupling of the package's defaults. Its FMUs stay
+    unpacked until the process ends."""
+    chosen = settings(scene, choice)
+    members = tuple(
+        _set(m, {k.removeprefix(f"{m.name}."): v for k, v in chosen.items() if k.startswith(f"{m.name}.")})
+        for m in scene.members
+    )
+    coupling = Coupling(macro_step=chosen["coupling.macro_step"])
+    asked = replace(scene.asked, level="given")
+    return closed_inside(replace(scene, members=members, coupling=coupling, asked=asked))
+
+
+def _set(member: Member, chosen: Mapping[str, Value]) -> Member:
+    about = member.archive.variables
+    indices = {k: about[k].items.index(v) + 1 if isinstance(v, str) else v for k, v in chosen.items()}
+    return replace(member, archive=kept(member.archive.path), parameters={**member.parameters, **indices})
