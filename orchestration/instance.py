@@ -13,6 +13,7 @@ import fmpy.fmi2 as fmi2
 import numpy as np
 from fmpy.fmi1 import FMICallException, printLogMessage
 from fmpy.logging import addLoggerProxy
+from fmpy.model_description import CoSimulation, ModelExchange
 
 from .archive import Archive, Variable
 from .errors import SubsystemError
@@ -65,13 +66,13 @@ class Group:
 
 
 class Instance:
-    """kind: fmi2.FMU2Slave or fmi2.FMU2Model. parameters: name -> value in the variable's own unit, set before
-    initialisation; inputs, outputs: names of the variables that are driven and read; recorded: names of those that
-    record() reads."""
+    """parameters: name -> value in the variable's own unit, set before initialisation; inputs, outputs: names of the
+    variables that are driven and read; recorded: names of those that record() reads."""
+
+    kind: ClassVar[type[fmi2.FMU2Slave] | type[fmi2.FMU2Model]]
 
     def __init__(
         self,
-        kind: type[fmi2.FMU2Slave] | type[fmi2.FMU2Model],
         archive: Archive,
         name: str,
         parameters: Mapping[str, Value],
@@ -82,7 +83,7 @@ class Instance:
         stop: float | None = None,
     ) -> None:
         description = archive.description
-        about = description.coSimulation if kind is fmi2.FMU2Slave else description.modelExchange
+        about = description.coSimulation if self.kind is fmi2.FMU2Slave else description.modelExchange
         variables = archive.variables
         self.name = name
         self.inputs = tuple(_port(variables[v]) for v in inputs)
@@ -97,7 +98,7 @@ class Instance:
         self._dead = ""  # why, after fmi2Fatal: nothing may be called any more
         self._initialising = False
         try:
-            self._fmu = kind(
+            self._fmu = self.kind(
                 guid=archive.guid,
                 unzipDirectory=str(archive.extract()),
                 modelIdentifier=about.modelIdentifier,
@@ -106,12 +107,16 @@ class Instance:
         except Exception as error:  # a binary for this platform is missing, or a library that it needs
             raise SubsystemError(f"{name}: {archive.path} cannot be loaded here: {error}") from error
         self.library = self._fmu.dll  # the C functions; a proxy in its place may watch the calls
+        self._prepare(about)
         try:
             self._instantiate([category.name for category in description.logCategories])
             self._set_parameters(variables, parameters)
         except BaseException:
             self.close()
             raise
+
+    def _prepare(self, about: CoSimulation | ModelExchange) -> None:
+        """What an interface needs besides, from what the description says of it."""
 
     def initialise(self, time: float, values: np.ndarray) -> np.ndarray:
         if not self._initialising:

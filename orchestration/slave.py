@@ -6,48 +6,38 @@ A sweep costs a handful of bare C calls. While the master iterates, fmi2DoStep i
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Mapping, Sequence
 
 import fmpy.fmi2 as fmi2
 import numpy as np
+from fmpy.model_description import CoSimulation
 
-from .archive import Archive
 from .errors import SubsystemError
-from .instance import Instance, Value
+from .instance import Instance
 
 __all__ = ["Slave"]
 
 
 class Slave(Instance):
-    """One instance for co-simulation; arguments as Instance."""
+    """One instance for co-simulation."""
 
-    def __init__(
-        self,
-        archive: Archive,
-        name: str,
-        parameters: Mapping[str, Value],
-        inputs: Sequence[str],
-        outputs: Sequence[str],
-        recorded: Sequence[str] = (),
-        start: float = 0.0,
-        stop: float | None = None,
-    ) -> None:
-        about = archive.description.coSimulation
+    kind = fmi2.FMU2Slave
+    _begun = False
+
+    def _prepare(self, about: CoSimulation) -> None:
         self.can_rollback = about.canGetAndSetFMUstate
         self.takes_polynomials = about.canInterpolateInputs
         self.has_rates = about.maxOutputDerivativeOrder > 0
         self._has_tangent = about.providesDirectionalDerivative
         self._final = fmi2.fmi2False if self.can_rollback else fmi2.fmi2True  # no state is set back before this step
-        self._begun = False
-        super().__init__(fmi2.FMU2Slave, archive, name, parameters, inputs, outputs, recorded, start, stop)
-        self._derivatives = np.zeros(3 * len(inputs))
+        count = self._driven.size
+        self._derivatives = np.zeros(3 * count)
         self._derivative_buffer = (fmi2.fmi2Real * self._derivatives.size).from_buffer(self._derivatives)
         self._derivative_references = (fmi2.fmi2ValueReference * self._derivatives.size)(
             *[*self._driven.references] * 3
         )
         self._degree = 0  # the highest order of input derivatives sent so far; others the FMU need not know
         self._length = None if about.canHandleVariableCommunicationStepSize else 0.0  # [s] of all steps
-        self._orders = (fmi2.fmi2Integer * self._derivatives.size)(*(o for o in (1, 2, 3) for _ in inputs))
+        self._orders = (fmi2.fmi2Integer * self._derivatives.size)(*(o for o in (1, 2, 3) for _ in range(count)))
 
     def begin(self) -> None:
         self._call("fmi2ExitInitializationMode")
@@ -67,18 +57,20 @@ class Slave(Instance):
         if not self.takes_polynomials:
             return
         self._derivatives[:] = polynomials[1:].ravel()
-        sent = np.flatnonzero(self._derivatives)
-        if sent.size:
-            self._degree = max(self._degree, sent[-1] // self._driven.size + 1)
-        if self._degree:
+        if self._degree < 3 and self._derivatives.any():
+            self._degree = max(self._degree, np.flatnonzero(self._derivatives)[-1] // self._driven.size + 1)
+        if not self._degree:
+            return
+        status = self.library.fmi2SetRealInputDerivatives(
+            self._component,
+            self._derivative_references,
+            self._degree * self._driven.size,
+            self._orders,
+            self._derivative_buffer,
+        )
+        if status != fmi2.fmi2OK:
             self._check(
-                self.library.fmi2SetRealInputDerivatives(
-                    self._component,
-                    self._derivative_references,
-                    self._degree * self._driven.size,
-                    self._orders,
-                    self._derivative_buffer,
-                ),
+                status,
                 f"input derivatives up to order {self._degree} (coupling.exchange and coupling.waveform = 'held' send "
                 "none, 'linear' the first)",
             )
@@ -93,6 +85,8 @@ class Slave(Instance):
                     "coupling.macro_step that divides the stop time and the times of all jumps"
                 )
         status = self.library.fmi2DoStep(self._component, time, length, self._final)
+        if status == fmi2.fmi2OK:
+            return
         what = f"step from t = {time:.6g} s by {length:.3g} s"
         if status == fmi2.fmi2Discard:
             last = ctypes.c_double(time)

@@ -59,23 +59,24 @@ def solve(
     """Iterates from x (n,) until the estimated error is within tolerance * scale, for at most `limit` sweeps."""
     trace.renew()
     residuals: list[float] = []
-    error = np.inf
     while True:
         r = (sweep(x) - x) / scale
         norm = math.sqrt(r @ r)
         residuals.append(norm)
-        if not norm < np.inf:  # nan or infinite
-            return Outcome(x, False, np.inf, tuple(residuals))
+        if not norm < math.inf:  # nan or infinite
+            return Outcome(x, False, math.inf, tuple(residuals))
         trace.x.append(x / scale)
         trace.r.append(r)
-        if len(trace.r) > 1:
+        secants = trace.secants
+        if len(residuals) > 1:
             dx = trace.x[-1] - trace.x[-2]
             if dx @ dx > (0.01 * tolerance) ** 2:  # smaller differences are noise of the subsystems' solvers
-                trace.secants.add(dx, r - trace.r[-2])
-        e = trace.secants.error(r)
+                secants.add(dx, r - trace.r[-2])
+        trace.split = secants.split(r)
+        e = trace.split[0] + trace.split[1]
         left = e - r
         error = math.sqrt(max(e @ e, left @ left))
-        if error <= (tolerance if trace.secants.columns else BLIND * tolerance):
+        if error <= (tolerance if secants.columns else BLIND * tolerance):
             return Outcome(x, True, error, tuple(residuals))
         if len(residuals) >= limit:
             return Outcome(x, False, error, tuple(residuals))

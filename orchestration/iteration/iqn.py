@@ -18,6 +18,6 @@ __all__ = ["IQN"]
 @dataclass(frozen=True)
 class IQN:
     def update(self, trace: Trace) -> np.ndarray:
-        secant, rest = trace.secants.split(trace.r[-1])
+        secant, rest = trace.split
         length, known = math.sqrt(rest @ rest), math.sqrt(secant @ secant)
         return secant + min(1.0, max(PROBE, known) / length if length else 1.0) * rest

@@ -26,6 +26,7 @@ class Secants:
         self.columns: list[tuple[np.ndarray, np.ndarray]] = []  # (dx, dr), newest first, each with |dr| = 1
         self.basis = np.zeros((0, n))  # rows: the dr made orthonormal
         self.steps = np.zeros((0, n))  # the same combinations of the dx
+        self._identity = np.eye(n)
 
     def add(self, dx: np.ndarray, dr: np.ndarray) -> None:
         """Takes in the difference of two sweeps of the same macro step."""
@@ -33,21 +34,19 @@ class Secants:
         if length == 0.0:
             return
         kept: list[tuple[np.ndarray, np.ndarray]] = []
-        basis: list[np.ndarray] = []
-        steps: list[np.ndarray] = []
+        basis, steps = np.zeros((self.size, self.size)), np.zeros((self.size, self.size))
         for column in ((dx / length, dr / length), *self.columns):
             step, rest = column
-            for x, q in zip(steps, basis, strict=True):
-                share = q @ rest
-                step, rest = step - share * x, rest - share * q
+            if kept:
+                shares = basis @ rest  # the rows not filled yet are null
+                step, rest = step - shares @ steps, rest - shares @ basis
             left = math.sqrt(rest @ rest)
             if left > INDEPENDENT:
+                steps[len(kept)], basis[len(kept)] = step / left, rest / left
                 kept.append(column)
-                steps.append(step / left)
-                basis.append(rest / left)
-            if len(kept) == self.size:
-                break
-        self.columns, self.basis, self.steps = kept, np.array(basis), np.array(steps)
+                if len(kept) == self.size:
+                    break
+        self.columns, self.basis, self.steps = kept, basis[: len(kept)], steps[: len(kept)]
 
     def split(self, r: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The secant step (n,) for a residual, and the part (n,) of the residual on which no column bears."""
@@ -62,7 +61,7 @@ class Secants:
     @property
     def inverse(self) -> np.ndarray | None:
         """Estimate (n, n) of (I - S)^-1, S = dG/dx; None without a column."""
-        return np.eye(self.size) - (self.steps + self.basis).T @ self.basis if self.columns else None
+        return self._identity - (self.steps + self.basis).T @ self.basis if self.columns else None
 
     @property
     def gain(self) -> float:

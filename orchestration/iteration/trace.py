@@ -25,6 +25,7 @@ class Trace:
         self.x: list[np.ndarray] = []
         self.r: list[np.ndarray] = []
         self.secants = Secants(n)
+        self.split: tuple[np.ndarray, np.ndarray] = (np.zeros(n), np.zeros(n))  # secants.split of the newest residual
         self.memory: Any = None  # the method's own, kept over macro steps
         self.tangent: Callable[[], np.ndarray | None] = lambda: None  # dr/dx (n, n) where the last sweep left the loop
 

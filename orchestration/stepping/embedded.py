@@ -1,7 +1,6 @@
 """Embedded control: how far the waveform that was used lies from one of the next degree through the samples that the
 step left, at its middle. Nearly free: no step is taken for the estimate alone. It is the error of the inputs over the
-step; what it does to the outputs is an order in H smaller. Scaled by tolerance (nominal + |y|), rms over the wired
-outputs."""
+step; what it does to the outputs is an order in H smaller."""
 
 from __future__ import annotations
 
@@ -11,6 +10,7 @@ import numpy as np
 
 from ..exchange import METHODS, Sample
 from ..master import Master
+from .adaptive import Adaptive
 from .taken import Taken
 
 __all__ = ["Embedded"]
@@ -20,12 +20,7 @@ NEEDED = {"held": 2, "linear": 3, "quadratic": 3, "hermite": 3}  # samples for t
 
 
 @dataclass(frozen=True)
-class Embedded:
-    step: float  # first length [s]
-    tolerance: float
-    least: float  # [s]
-    most: float  # [s]
-
+class Embedded(Adaptive):
     def take(self, master: Master, time: float, length: float) -> Taken:
         start = master.place()
         try:
@@ -34,10 +29,8 @@ class Embedded:
             error = self._error(master, time, length)
             if error is None:
                 return Taken((log,), length)
-            power = -1.0 / min(master.settings.waveform.order, 3)
-            factor = 0.9 * max(error, 1e-12) ** power
-            following = float(np.clip(length * np.clip(factor, 0.2, 2.0), self.least, self.most))
-            if error > 1.0 and length > self.least:
+            following = self.following(length, error, min(master.settings.waveform.order, 3), 2.0)
+            if self.rejects(length, error):
                 master.rewind(start)
                 return Taken((), following)
             return Taken((log,), following)
@@ -48,16 +41,14 @@ class Embedded:
         """In tolerances; None while there are too few samples behind an event."""
         name = master.settings.waveform.name
         used, other = METHODS[name].fit, METHODS[COMPARED[name]].fit
-        parts = []
+        gaps = []
         for node in master.nodes:
             if not len(node.subsystem.outputs):
                 continue
             if len(node.samples) < NEEDED[name]:
                 return None
-            gap = _middle(used, node.samples, time, length) - _middle(other, node.samples, time, length)
-            nominal = np.array([port.nominal for port in node.subsystem.outputs])
-            parts.append(gap / (self.tolerance * (nominal + np.abs(node.samples[-1].values))))
-        return float(np.sqrt(np.mean(np.concatenate(parts) ** 2))) if parts else None
+            gaps.append(_middle(used, node.samples, time, length) - _middle(other, node.samples, time, length))
+        return self.error(np.concatenate(gaps), master.nominals(), master.outputs()) if gaps else None
 
 
 def _middle(fit, samples: tuple[Sample, ...], time: float, length: float) -> np.ndarray:
