@@ -52,13 +52,15 @@ class Part(Protocol):
 class Model(Instance):
     """An FMU for model exchange. Only states that its parameters need are shown."""
 
+    kind = fmi2.FMU2Model
+
     def __init__(
         self, member: Member, inputs: Sequence[str], outputs: Sequence[str], recorded: Sequence[str] = ()
     ) -> None:
         description = member.archive.description
         if description.modelExchange is None:
             raise SubsystemError(f"{member.name}: {member.archive.path} offers no model exchange; export it with it")
-        super().__init__(fmi2.FMU2Model, member.archive, member.name, member.parameters, inputs, outputs, recorded)
+        super().__init__(member.archive, member.name, member.parameters, inputs, outputs, recorded)
         rows = [unknown.variable for unknown in description.derivatives]
         self._rates = np.zeros(len(rows))
         self._all = np.zeros(len(rows))
