@@ -1,10 +1,13 @@
-// Studies of the heat model, as CSV on standard output: bench_thermal [mesh | reduction | cost], all by default.
+// Studies of the heat model, as CSV on standard output: bench_thermal [mesh | reduction | feedback | integrators |
+// cost], all by default.
 #include <malloc.h>
 
 #include <cstdio>
 #include <cstring>
 #include <ctime>
+#include <memory>
 
+#include "thermal_bdf.hpp"
 #include "thermal_scene.hpp"
 
 namespace thermal {
@@ -70,6 +73,71 @@ double microseconds(int repeats, Task task) {
   return least;
 }
 
+/// Level `full` with its counts, as Bdf.
+class Esdirk {
+ public:
+  Esdirk(const HeatMatrices& matrices, const Parameters& p) : level_(matrices, p), state_(level_.state_size(), 0.0) {}
+  void advance(const Drive& drive, double h, double tolerance) { level_.advance(state_, drive, h, tolerance); }
+  Observation observe(const Drive& drive) { return level_.observe(state_, drive); }
+  const FullSystem::Counts& counts() const { return level_.counts(); }
+
+ private:
+  FullLevel level_;
+  std::vector<double> state_;
+};
+
+/// One line of a study: 10 s of the scene in macro steps of that length [s].
+template <class Make>
+void integrate(const char* name, double macro, double tolerance, Trajectory truth, Make make) {
+  const Drive drive = step_scene();
+  const int steps = static_cast<int>(std::lround(10.0 / macro));
+  auto run = make();
+  double worst = 0.0;
+  for (int n = 0; n < steps; ++n) {
+    truth.advance(drive, macro);
+    run->advance(drive, macro, tolerance);
+    const Observation seen = run->observe(drive), expected = truth.observe(drive);
+    for (std::size_t i = 0; i < kTcas; ++i) worst = std::max(worst, std::abs(seen.rise[i] - expected.rise[i]));
+  }
+  const double time = microseconds(1, [&](int) {
+    const auto again = make();
+    for (int n = 0; n < steps; ++n) again->advance(drive, macro, tolerance);
+  });
+  const FullSystem::Counts& work = run->counts();
+  std::printf("%s,%g,%g,%.2e,%ld,%ld,%ld,%ld,%.1f\n", name, macro, tolerance, worst, work.steps, work.slopes,
+              work.factorisations, work.solves, 1e-3 * time);
+}
+
+void integrators() {
+  std::puts("# integrators of level full: scene step to 10 s, order 4, against the same mesh exact in time");
+  std::puts("integrator,macro_step_s,tolerance,error_K,steps,slopes,factorisations,solves,time_ms");
+  const Parameters p;
+  const HeatMatrices m = heat_matrices(p, 4);
+  for (double macro : {0.1, 1.0})
+    for (double tolerance : {1e-4, 1e-5, 1e-6}) {
+      const auto line = [&](const char* name, auto make) { integrate(name, macro, tolerance, fine_run(4), make); };
+      line("esdirk", [&] { return std::make_unique<Esdirk>(m, p); });
+      line("bdf with history", [&] { return std::make_unique<Bdf>(m, p, true); });
+      line("bdf begun anew", [&] { return std::make_unique<Bdf>(m, p, false); });
+    }
+}
+
+/// Feedback alpha_T = 0.004, beta = 0.1 as the collocation has it, undivided: its order in the step length.
+void feedback() {
+  std::puts("# feedback: smooth scene to 8 s, one collocation per step, against 128 steps");
+  std::puts("level,step_s,error_K");
+  constexpr double kNoHalving = 1e300;
+  const HeatMatrices m = heat_matrices({}, 3);
+  const ModalModel small = reduced(m, 1e-3), net = lumped(m, small);
+  for (const auto& [name, model] : {std::pair{"reduced", &small}, {"lumped", &net}}) {
+    const auto rises = [&](int steps) {
+      return stepped(*model, with_feedback(Level::reduced), smooth_scene(), 8.0, steps, kNoHalving);
+    };
+    const PerTca truth = rises(128);
+    for (int steps : {1, 2, 4, 8}) std::printf("%s,%g,%.3e\n", name, 8.0 / steps, gap(rises(steps), truth));
+  }
+}
+
 void cost() {
   std::puts("# cost: processor time, least of 7 rounds, steps of 0.1 s, default tolerance");
   std::puts("level,unknowns,build_ms,step_us,observe_us,scene_30s_ms,memory_KiB");
@@ -109,5 +177,7 @@ int main(int argc, char** argv) {
   const auto wanted = [&](const char* name) { return argc < 2 || std::strcmp(argv[1], name) == 0; };
   if (wanted("mesh")) thermal::mesh();
   if (wanted("reduction")) thermal::reduction();
+  if (wanted("feedback")) thermal::feedback();
+  if (wanted("integrators")) thermal::integrators();
   if (wanted("cost")) thermal::cost();
 }

@@ -7,36 +7,6 @@
 namespace thermal {
 namespace {
 
-Parameters with_feedback(Level level) {
-  Parameters p;
-  p.level = level;
-  p.tca.alpha_T = 0.004;
-  p.tca.beta = 0.1;
-  return p;
-}
-
-/// Smooth from the start, so that the order in time shows: V = (0.3, 0.6, 0.9) t, displacements of some millimetres.
-Drive smooth_scene() {
-  Drive drive;
-  for (std::size_t i = 0; i < kTcas; ++i) {
-    drive.V[i] = {0.0, 0.3 * static_cast<double>(i + 1), 0.0, 0.0};
-    drive.delta[i] = {1e-3, 5e-4, -1e-4, 0.0};
-  }
-  drive.ambient_rise = {0.0, 0.5, 0.0, 0.0};
-  return drive;
-}
-
-/// The rest of a drive after s.
-Drive later(const Drive& drive, double s) {
-  const auto at = [s](const Cubic& c) {
-    return Cubic{taylor(c, s), c[1] + s * (c[2] + s / 2.0 * c[3]), c[2] + s * c[3], c[3]};
-  };
-  Drive rest;
-  for (std::size_t i = 0; i < kTcas; ++i) rest.V[i] = at(drive.V[i]), rest.delta[i] = at(drive.delta[i]);
-  rest.ambient_rise = at(drive.ambient_rise);
-  return rest;
-}
-
 /// Rises after `last` by the classical Runge-Kutta method on the modal equations.
 PerTca by_runge_kutta(const Parameters& p, const ModalModel& m, const Drive& drive, double last, int steps) {
   const auto slope = [&](const Eigen::VectorXd& z, double s) {
@@ -63,12 +33,6 @@ PerTca by_runge_kutta(const Parameters& p, const ModalModel& m, const Drive& dri
   return rises;
 }
 
-double gap(const PerTca& a, const PerTca& b) {
-  double largest = 0.0;
-  for (std::size_t i = 0; i < kTcas; ++i) largest = std::max(largest, std::abs(a[i] - b[i]));
-  return largest;
-}
-
 TEST(Feedback, ReducedAndLumpedAgreeWithRungeKutta) {
   const HeatMatrices m = heat_matrices({}, 3);
   const ModalModel small = reduced(m, 1e-3);
@@ -93,12 +57,7 @@ TEST(Feedback, PathHasOrderSixOrMoreInStepLength) {
   const Parameters p = with_feedback(Level::reduced);
   const ModalModel model = reduced(heat_matrices({}, 3), 1e-3);
   const Drive drive = smooth_scene();
-  const auto rises = [&](int steps) {
-    ModalLevel level(model, p);
-    std::vector<double> state(level.state_size(), 0.0);
-    for (int n = 0; n < steps; ++n) level.advance(state, later(drive, 8.0 * n / steps), 8.0 / steps, kNoHalving);
-    return level.observe(state, drive).rise;
-  };
+  const auto rises = [&](int steps) { return stepped(model, p, drive, 8.0, steps, kNoHalving); };
   const PerTca truth = rises(64);
   const double one = gap(rises(1), truth), two = gap(rises(2), truth), four = gap(rises(4), truth);
   EXPECT_GT(std::log2(one / two), 6.0);

@@ -94,4 +94,51 @@ inline double largest_gap(Trajectory a, Trajectory b, const Drive& drive, double
   return gap;
 }
 
+/// alpha_T = 0.004, beta = 0.1
+inline Parameters with_feedback(Level level) {
+  Parameters p;
+  p.level = level;
+  p.tca.alpha_T = 0.004;
+  p.tca.beta = 0.1;
+  return p;
+}
+
+/// Smooth from the start, so that the order in time shows: V = (0.3, 0.6, 0.9) t, displacements of some millimetres.
+inline Drive smooth_scene() {
+  Drive drive;
+  for (std::size_t i = 0; i < kTcas; ++i) {
+    drive.V[i] = {0.0, 0.3 * static_cast<double>(i + 1), 0.0, 0.0};
+    drive.delta[i] = {1e-3, 5e-4, -1e-4, 0.0};
+  }
+  drive.ambient_rise = {0.0, 0.5, 0.0, 0.0};
+  return drive;
+}
+
+/// The rest of a drive after s.
+inline Drive later(const Drive& drive, double s) {
+  const auto at = [s](const Cubic& c) {
+    return Cubic{taylor(c, s), c[1] + s * (c[2] + s / 2.0 * c[3]), c[2] + s * c[3], c[3]};
+  };
+  Drive rest;
+  for (std::size_t i = 0; i < kTcas; ++i) rest.V[i] = at(drive.V[i]), rest.delta[i] = at(drive.delta[i]);
+  rest.ambient_rise = at(drive.ambient_rise);
+  return rest;
+}
+
+inline double gap(const PerTca& a, const PerTca& b) {
+  double largest = 0.0;
+  for (std::size_t i = 0; i < kTcas; ++i) largest = std::max(largest, std::abs(a[i] - b[i]));
+  return largest;
+}
+
+/// Rises after `last` [s] by a modal model in equal steps.
+inline PerTca stepped(const ModalModel& model, const Parameters& p, const Drive& drive, double last, int steps,
+                      double tolerance) {
+  ModalLevel level(model, p);
+  std::vector<double> state(level.state_size(), 0.0);
+  const double h = last / steps;
+  for (int n = 0; n < steps; ++n) level.advance(state, later(drive, h * n), h, tolerance);
+  return level.observe(state, drive).rise;
+}
+
 }  // namespace thermal

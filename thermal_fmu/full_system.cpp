@@ -1,0 +1,71 @@
+#include "full_system.hpp"
+
+#include <algorithm>
+
+#include "polynomials.hpp"
+
+namespace thermal {
+namespace {
+
+using Eigen::Index;
+
+constexpr Index kN = static_cast<Index>(kTcas);
+
+}  // namespace
+
+FullSystem::FullSystem(const HeatMatrices& m, const Parameters& parameters)
+    : circuit(parameters),
+      root(m.mass.cwiseSqrt()),
+      load(root.cwiseInverse().asDiagonal() * m.loads),
+      a_((root.cwiseInverse().asDiagonal() * m.stiffness * root.cwiseInverse().asDiagonal()).eval()),
+      probes_(m.probes),
+      surface_conductance_(m.surface_conductance),
+      permuted_(m.size()) {
+  factor_.analyzePattern(a_);
+}
+
+void FullSystem::slope(const Drive& drive, double s, const Eigen::Ref<const Vector>& x, Eigen::Ref<Vector> out) {
+  out.noalias() = a_ * x;
+  out = load.col(kN) * taylor(drive.ambient_rise, s) - out;
+  for (Index i = 0; i < kN; ++i) {
+    const double rise = circuit.has_feedback() ? load.col(i).dot(x) : 0.0;
+    out += load.col(i) * circuit.power(i, taylor(drive.V[i], s), rise, taylor(drive.delta[i], s));
+  }
+}
+
+bool FullSystem::solve(double gamma, const Eigen::Ref<const Vector>& b, Eigen::Ref<Vector> x) {
+  ++counts.solves;
+  if (gamma != gamma_) {
+    ++counts.factorisations;
+    factor_.setShift(1.0 / gamma);
+    factor_.factorize(a_);
+    if (factor_.info() != Eigen::Success) return false;
+    inverse_pivots_ = (gamma * factor_.vectorD()).cwiseInverse();
+    gamma_ = gamma;
+  }
+  permuted_.noalias() = factor_.permutationP() * b;
+  factor_.matrixL().solveInPlace(permuted_);
+  permuted_.array() *= inverse_pivots_.array();
+  factor_.matrixU().solveInPlace(permuted_);
+  x.noalias() = factor_.permutationPinv() * permuted_;
+  return true;
+}
+
+Observation FullSystem::observe(const Eigen::Ref<const Vector>& x, const Drive& drive) {
+  Observation seen;
+  slope(drive, 0.0, x, permuted_);
+  for (Index i = 0; i < kN; ++i) {
+    seen.rise[i] = load.col(i).dot(x);
+    seen.rate[i] = load.col(i).dot(permuted_);
+    seen.power[i] = circuit.power(i, drive.V[i][0], seen.rise[i], drive.delta[i][0]);
+  }
+  const double surface = load.col(kN).dot(x);
+  seen.loss = surface - surface_conductance_ * drive.ambient_rise[0];
+  seen.surface_rise = surface / surface_conductance_;
+  seen.stored = root.dot(x);
+  seen.max_rise = -1e300;
+  for (const int node : probes_) seen.max_rise = std::max(seen.max_rise, x[node] / root[node]);
+  return seen;
+}
+
+}  // namespace thermal
