@@ -34,17 +34,22 @@ void Instance::move(const Variable& known, double change) {
   mark_changed();
 }
 
-/// The model's own derivatives of the rates; empty where it has none. Changes inputs' derivatives.
-std::vector<double> Instance::rates_along(std::span<const Reference> knowns, const double* known) {
-  std::vector<double> dx(states_.size()), ddx(states_.size());
+/// Makes the direction that of the inputs' first time derivatives.
+void Instance::aim(std::span<const Reference> knowns, const double* known) {
   constexpr auto kFirst = static_cast<std::ptrdiff_t>(sizeof(double));
   for (const std::size_t index : blueprint_.inputs) store(data(), blueprint_.rows[index].place + kFirst, 0.0);
   for (std::size_t i = 0; i < knowns.size(); ++i) {
     const Variable& variable = blueprint_.rows[knowns[i]];
-    if (variable.causality == Causality::state)
-      dx[variable.place] = known[i];
-    else
-      store(data(), variable.place + kFirst, known[i]);
+    if (variable.causality != Causality::state) store(data(), variable.place + kFirst, known[i]);
+  }
+}
+
+/// The model's own derivatives of the rates; empty where it has none. The direction is aimed at.
+std::vector<double> Instance::rates_along(std::span<const Reference> knowns, const double* known) {
+  std::vector<double> dx(states_.size()), ddx(states_.size());
+  for (std::size_t i = 0; i < knowns.size(); ++i) {
+    const Variable& variable = blueprint_.rows[knowns[i]];
+    if (variable.causality == Causality::state) dx[variable.place] = known[i];
   }
   if (!model_->without_states().empty() || !model_->rates_along(progress_.time, dx, ddx)) ddx.clear();
   return ddx;
@@ -78,8 +83,13 @@ void Instance::directional_derivative(std::span<const Reference> unknowns, std::
 
   Snapshot here;
   save(here);
-  std::vector<double> exact;
-  if (!is_starting) exact = rates_along(knowns, known);
+  std::vector<double> exact, drift(model_->memory().size());
+  bool is_drifting = false;
+  if (!is_starting) {
+    aim(knowns, known);
+    exact = rates_along(knowns, known);
+    is_drifting = model_->drift(drift);
+  }
   restore(here);
   const auto is_exact = [&](Reference reference) {
     return !exact.empty() && blueprint_.rows[reference].causality == Causality::derivative;
@@ -91,6 +101,7 @@ void Instance::directional_derivative(std::span<const Reference> unknowns, std::
   std::vector<double> ahead(unknowns.size()), behind(unknowns.size());
   const auto look = [&](double distance, std::vector<double>& values) {
     for (std::size_t i = 0; i < knowns.size(); ++i) move(blueprint_.rows[knowns[i]], distance * known[i]);
+    for (std::size_t i = 0; is_drifting && i < drift.size(); ++i) model_->memory()[i] += distance * drift[i];
     get<Access::real>(unknowns, values.data());
     restore(here);
   };

@@ -100,6 +100,7 @@ class Instance {
   void invalidate();
   void refresh(Causality causality);
   void move(const Variable& known, double change);
+  void aim(std::span<const Reference> knowns, const double* known);
   std::vector<double> rates_along(std::span<const Reference> knowns, const double* known);
   std::string refresh_rates();
   void need_states(std::size_t count) const;

@@ -71,6 +71,10 @@ class Model {
   /// time derivatives in data() are set to. False: not offered here, differences will do.
   virtual bool rates_along(double /*t*/, std::span<const double> /*dx*/, std::span<double> /*ddx*/) { return false; }
 
+  /// Where memory() follows the inputs at once, as an equilibrium does: its rate under the inputs' first time
+  /// derivatives in data(). False: memory() has a past of its own, which no derivative at an instant moves.
+  virtual bool drift(std::span<double> /*rate*/) { return false; }
+
   /// Takes note that a host's integrator has accepted the present states.
   virtual void complete_step() {}
 

@@ -26,6 +26,11 @@ class Engine {
   /// All outputs.
   virtual void outputs(std::span<double> memory, const Loads& loads, Outputs& y) = 0;
 
+  /// The rate of memory at rest in the equilibrium of loads that change. False: not found.
+  virtual bool drift(std::span<double> /*memory*/, const Loads&, const Loads& /*change*/, std::span<double> /*rate*/) {
+    return false;
+  }
+
   // Memory as continuous states and back, for engines that integrate differential equations: strains in the order of
   // Rod::place, their rates likewise, heat of the damping. What this rod lacks is left alone.
   virtual void get_states(std::span<double> /*memory*/, std::span<double> /*x*/) const {}

@@ -78,6 +78,11 @@ bool RodModel::rates_along(double, std::span<const double> dx, std::span<double>
   return engine_->rates_along(memory_, loads_at(data_.inputs, 0.0), load_rates_at(data_.inputs, 0.0), dx, ddx);
 }
 
+bool RodModel::drift(std::span<double> rate) {
+  return !data_.parameters.dynamic &&
+         engine_->drift(memory_, loads_at(data_.inputs, 0.0), load_rates_at(data_.inputs, 0.0), rate);
+}
+
 void RodModel::evaluate(double) { engine_->outputs(memory_, loads_at(data_.inputs, 0.0), data_.outputs); }
 
 }  // namespace rod

@@ -22,6 +22,7 @@ class RodModel final : public fmu::Model {
   void get_states(std::span<double> x) override;
   void set_states(std::span<const double> x) override;
   std::string rates(double t, std::span<double> dx) override;
+  bool drift(std::span<double> rate) override;
   bool rates_along(double t, std::span<const double> dx, std::span<double> ddx) override;
 
  private:

@@ -1,5 +1,6 @@
 // Strain polynomials and the integrators for them as an engine.
 #include <algorithm>
+#include <cmath>
 #include <optional>
 #include <vector>
 
@@ -47,6 +48,20 @@ class StrainEngine final : public Engine {
     rod_.residual(now.q.data(), now.v.data(), now.a.data(), loads, scratch_.newton.work, scratch_.r);
     rod_.outputs(now.q.data(), now.v.data(), loads, scratch_.newton.work, y);
     y.energy_dissipated = now.dissipated;
+  }
+
+  bool drift(std::span<double> memory, const Loads& loads, const Loads& change, std::span<double> rate) override {
+    const State now = state(memory);
+    const Vector still = Vector::Zero(rod_.unknowns());
+    Work& work = scratch_.newton.work;
+    rod_.residual(now.q.data(), still.data(), still.data(), loads, work, scratch_.r);
+    Matrix K;
+    rod_.tangent(work, {.q = 1.0}, K);
+    Vector dr;
+    rod_.load_derivative(work, loads, change, dr);
+    std::ranges::fill(rate, 0.0);
+    state(rate).q = -K.lu().solve(dr);
+    return std::ranges::all_of(rate, [](double each) { return std::isfinite(each); });
   }
 
   void get_states(std::span<double> memory, std::span<double> x) const override {
