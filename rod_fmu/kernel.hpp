@@ -6,14 +6,32 @@
 
 #include "field.hpp"
 
-#if defined(__x86_64__) && defined(__gnu_linux__)
-#define ROD_KERNEL __attribute__((target_clones("arch=x86-64-v3", "default")))
-#else
-#define ROD_KERNEL
-#endif
 #define ROD_LAMBDA_INLINE __attribute__((always_inline))
 
 namespace rod {
+
+#ifdef __x86_64__
+inline const bool has_wide_units = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
+#endif
+
+/// fastest<kernel>(arguments...) is kernel(arguments...) for an inlined kernel, with AVX2 and FMA where there are any.
+/// The choice is made here because the loader of Windows makes none.
+template <auto kernel>
+struct Fastest;
+
+template <class Result, class... Arguments, Result (*kernel)(Arguments...)>
+struct Fastest<kernel> {
+#ifdef __x86_64__
+  __attribute__((target("avx2,fma"))) static Result wide(Arguments... arguments) { return kernel(arguments...); }
+  static Result plain(Arguments... arguments) { return kernel(arguments...); }
+  static Result run(Arguments... arguments) { return has_wide_units ? wide(arguments...) : plain(arguments...); }
+#else
+  static Result run(Arguments... arguments) { return kernel(arguments...); }
+#endif
+};
+
+template <auto kernel>
+inline constexpr auto fastest = &Fastest<kernel>::run;
 
 /// out_k = sum_j table[j][k] in_j for each component. In place is allowed.
 ROD_INLINE void integrate(const std::array<Lane, nodes>& table, const Field& in, Field& out) {

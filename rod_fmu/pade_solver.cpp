@@ -37,7 +37,7 @@ using Equation = FrontSolver::Equation;
 
 /// Eliminates the first point's unknowns from a front of rows, whose coefficients end at `width`. The pivots come
 /// first.
-ROD_KERNEL bool eliminate(Equation** front, int rows, int width) {
+ROD_INLINE bool eliminate(Equation** front, int rows, int width) {
   for (int j = 0; j < fields; ++j) {
     int best = j;
     for (int i = j + 1; i < rows; ++i)
@@ -65,7 +65,7 @@ bool FrontSolver::solve() {
   for (int k = 0; k < points_; ++k) {
     for (int i = start_[k]; i < start_[k + 1]; ++i) front[rows++] = &equations_[i];
     const int width = (k == 0 || k >= points_ - reach ? reach : reach - 1) * fields;
-    if (!eliminate(front.data(), rows, width)) return false;
+    if (!fastest<eliminate>(front.data(), rows, width)) return false;
     std::copy_n(front.begin(), fields, pivots_.begin() + k * fields);
     rows -= fields;
     for (int i = 0; i < rows; ++i) {  // the front's coefficients now begin at the next point

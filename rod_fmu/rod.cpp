@@ -112,7 +112,7 @@ void Rod::rotations(const double* q, Work& work) const {
 namespace {
 
 /// u_i, its direction and arm at all nodes; returns |u_i|.
-ROD_KERNEL void tca_geometry(const Field& kappa, const Field& lambda, const Field& offset, const Field& slope,
+ROD_INLINE void tca_geometry(const Field& kappa, const Field& lambda, const Field& offset, const Field& slope,
                              Lane& length, Lane& inverse, Field& t, Field& arm) {
   for (int p = 0; p < packs; ++p) {
     const Triad<Pack> u = lambda[p] + cross(kappa[p], offset[p]) + slope[p];
@@ -125,7 +125,7 @@ ROD_KERNEL void tca_geometry(const Field& kappa, const Field& lambda, const Fiel
   }
 }
 
-ROD_KERNEL void static_loads(const Quadrature& grid, const Field& lambda, double mass_length_2, double length,
+ROD_INLINE void static_loads(const Quadrature& grid, const Field& lambda, double mass_length_2, double length,
                              const Loads& loads, Work& w, Field& couple, Field& force) {
   const Vec3 weight = mass_length_2 * loads.gravity;
   for (int p = 0; p < packs; ++p) {
@@ -147,7 +147,7 @@ ROD_KERNEL void static_loads(const Quadrature& grid, const Field& lambda, double
 }
 
 /// The same with inertia. mass_length = (rho A L^2, rho A L^3), inertia = rho J L.
-ROD_KERNEL void dynamic_loads(const Quadrature& grid, const Field& lambda, const Field& kappa1, const Field& lambda1,
+ROD_INLINE void dynamic_loads(const Quadrature& grid, const Field& lambda, const Field& kappa1, const Field& lambda1,
                               const Field& kappa2, const Field& lambda2, double mass_length_2, double length,
                               const Vec3& inertia, const Loads& loads, Work& w, Field& couple, Field& force) {
   for (int p = 0; p < packs; ++p) {
@@ -194,7 +194,7 @@ ROD_KERNEL void dynamic_loads(const Quadrature& grid, const Field& lambda, const
   }
 }
 
-ROD_KERNEL void add_moments(const Quadrature& grid, int terms, const int* components, int count, const Field& couple,
+ROD_INLINE void add_moments(const Quadrature& grid, int terms, const int* components, int count, const Field& couple,
                             const Field& force, double sign, double* r) {
   for (int a = 0; a < terms; ++a) {
     Lane weighted;
@@ -209,15 +209,16 @@ ROD_KERNEL void add_moments(const Quadrature& grid, int terms, const int* compon
 }  // namespace
 
 void Rod::project(const Field& couple, const Field& force, double sign, double* r) const {
-  add_moments(quadrature(), terms_, components_.data(), static_cast<int>(components_.size()), couple, force, sign, r);
+  fastest<add_moments>(quadrature(), terms_, components_.data(), static_cast<int>(components_.size()), couple, force,
+                       sign, r);
 }
 
 void Rod::displacements(const Strain& strain, Work& work) const {
   const Quadrature& grid = quadrature();
   for (std::size_t i = 0; i < tca_count; ++i) {
     Lane length;
-    tca_geometry(strain.kappa, strain.lambda, offset_[i], slope_[i], length, work.inverse_length[i], work.t[i],
-                 work.arm[i]);
+    fastest<tca_geometry>(strain.kappa, strain.lambda, offset_[i], slope_[i], length, work.inverse_length[i], work.t[i],
+                          work.arm[i]);
     work.delta[i] = length_ * (total(grid.w, length) - reference_length_[i]);
     work.b[i].setZero(unknowns());
     project(work.arm[i], work.t[i], length_, work.b[i].data());
@@ -244,10 +245,10 @@ void Rod::residual(const double* q, const double* v, const double* a, const Load
     Strain rates, accelerations;
     expand(v, rates);
     expand(a, accelerations);
-    dynamic_loads(grid, strain.lambda, rates.kappa, rates.lambda, accelerations.kappa, accelerations.lambda,
-                  mass_length_2, length_, length_ * section_.inertia, loads, work, couple, force);
+    fastest<dynamic_loads>(grid, strain.lambda, rates.kappa, rates.lambda, accelerations.kappa, accelerations.lambda,
+                           mass_length_2, length_, length_ * section_.inertia, loads, work, couple, force);
   } else {
-    static_loads(grid, strain.lambda, mass_length_2, length_, loads, work, couple, force);
+    fastest<static_loads>(grid, strain.lambda, mass_length_2, length_, loads, work, couple, force);
   }
 
   const int n = unknowns();

@@ -32,7 +32,7 @@ ROD_INLINE Triad<T> half_turn(const T& h, const Triad<T>& k1, const Triad<T>& k2
 }
 
 /// Turns over all intervals. Returns the largest half angle squared: beyond 1 the series is not good enough.
-ROD_KERNEL double interval_turns(const Quadrature& grid, const IntervalCurvature& kappa, Quaternions& turn) {
+ROD_INLINE double interval_turns(const Quadrature& grid, const IntervalCurvature& kappa, Quaternions& turn) {
   Pack widest = {};
   const auto at = [&kappa](int g, int p) ROD_LAMBDA_INLINE {
     return Triad<Pack>{kappa[g][0].pack[p], kappa[g][1].pack[p], kappa[g][2].pack[p]};
@@ -60,7 +60,7 @@ void interval_wide_turns(const Quadrature& grid, const IntervalCurvature& kappa,
   }
 }
 
-ROD_KERNEL void matrices(const std::array<Lane, 4>& q, RotationField& R) {
+ROD_INLINE void matrices(const std::array<Lane, 4>& q, RotationField& R) {
   for (int p = 0; p < packs; ++p) R.set(p, rotation(q[0].pack[p], q[1].pack[p], q[2].pack[p], q[3].pack[p]));
 }
 
@@ -69,7 +69,7 @@ ROD_KERNEL void matrices(const std::array<Lane, 4>& q, RotationField& R) {
 std::array<double, 4> rotate_along(const IntervalCurvature& kappa, RotationField& R) {
   const Quadrature& grid = quadrature();
   Quaternions turn;
-  if (!(interval_turns(grid, kappa, turn) <= 1.0)) interval_wide_turns(grid, kappa, turn);
+  if (!(fastest<interval_turns>(grid, kappa, turn) <= 1.0)) interval_wide_turns(grid, kappa, turn);
 
   std::array<Lane, 4> at_nodes;
   double w = 1.0, x = 0.0, y = 0.0, z = 0.0;
@@ -82,7 +82,7 @@ std::array<double, 4> rotate_along(const IntervalCurvature& kappa, RotationField
     if (k < nodes && e % pieces == pieces - 1)
       at_nodes[0][k] = w, at_nodes[1][k] = x, at_nodes[2][k] = y, at_nodes[3][k] = z;
   }
-  matrices(at_nodes, R);
+  fastest<matrices>(at_nodes, R);
   const double norm = std::sqrt(w * w + x * x + y * y + z * z);
   return {w / norm, x / norm, y / norm, z / norm};
 }

@@ -73,25 +73,8 @@ ROD_INLINE void vary_loads(const Quadrature& grid, const Work& w, const StrainVa
   }
 }
 
-ROD_KERNEL void vary_moving_angular(const Quadrature& grid, const Work& w, const StrainVariation& d, double mass,
-                                    const Vec3& inertia, Field& couple, Field& force) {
-  vary_loads<true, true>(grid, w, d, mass, inertia, couple, force);
-}
-ROD_KERNEL void vary_moving_linear(const Quadrature& grid, const Work& w, const StrainVariation& d, double mass,
-                                   const Vec3& inertia, Field& couple, Field& force) {
-  vary_loads<true, false>(grid, w, d, mass, inertia, couple, force);
-}
-ROD_KERNEL void vary_static_angular(const Quadrature& grid, const Work& w, const StrainVariation& d, double mass,
-                                    const Vec3& inertia, Field& couple, Field& force) {
-  vary_loads<false, true>(grid, w, d, mass, inertia, couple, force);
-}
-ROD_KERNEL void vary_static_linear(const Quadrature& grid, const Work& w, const StrainVariation& d, double mass,
-                                   const Vec3& inertia, Field& couple, Field& force) {
-  vary_loads<false, false>(grid, w, d, mass, inertia, couple, force);
-}
-
 /// Subtracts N [r x dt; dt] L with dt = (1 - t t^T) du/|u|: a pull keeps its size but follows the TCA's direction.
-ROD_KERNEL void vary_direction(const Field& kappa, const Field& lambda, const Field& offset, const Field& t,
+ROD_INLINE void vary_direction(const Field& kappa, const Field& lambda, const Field& offset, const Field& t,
                                const Lane& inverse_length, double pull, Field& couple, Field& force) {
   for (int p = 0; p < packs; ++p) {
     const Triad<Pack> du = lambda[p] + cross(kappa[p], offset[p]);
@@ -106,8 +89,8 @@ ROD_KERNEL void vary_direction(const Field& kappa, const Field& lambda, const Fi
 
 void Rod::vary(const Work& work, const Variation& d, bool angular, Field& couple, Field& force) const {
   const StrainVariation strains{d.q.kappa, d.q.lambda, d.v.kappa, d.v.lambda, d.a.kappa, d.a.lambda};
-  const auto kernel = work.moving ? (angular ? vary_moving_angular : vary_moving_linear)
-                                  : (angular ? vary_static_angular : vary_static_linear);
+  const auto kernel = work.moving ? (angular ? fastest<vary_loads<true, true>> : fastest<vary_loads<true, false>>)
+                                  : (angular ? fastest<vary_loads<false, true>> : fastest<vary_loads<false, false>>);
   kernel(quadrature(), work, strains, section_.mass * length_ * length_ * length_, length_ * section_.inertia, couple,
          force);
 }
@@ -128,8 +111,8 @@ void Rod::tangent(const Work& work, const Weights& weights, Matrix& J) const {
       set(d.q, weights.q), set(d.v, weights.v), set(d.a, weights.a);
       vary(work, d, c < 3, couple, force);
       for (std::size_t t = 0; t < tca_count; ++t)
-        vary_direction(d.q.kappa, d.q.lambda, offset_[t], work.t[t], work.inverse_length[t],
-                       length_ * work.tension[t].value, couple, force);
+        fastest<vary_direction>(d.q.kappa, d.q.lambda, offset_[t], work.t[t], work.inverse_length[t],
+                                length_ * work.tension[t].value, couple, force);
       project(couple, force, -1.0, J.data() + column * n);
       set(d.q, 0.0), set(d.v, 0.0), set(d.a, 0.0);
     }
