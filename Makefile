@@ -12,7 +12,7 @@ CXX_FILES := $(shell find fmus thermal_fmu rod_fmu tests -name '*.[ch]pp')
 SOURCES := $(CXX_FILES) $(shell find fmus thermal_fmu rod_fmu tests orchestration -name '*.txt' -o -name '*.md' \
 	-o -name '*.png' -o -name '*.cmake' -o -name '*.map' -o -path 'orchestration/*' -type f ! -name '*.pyc') CMakeLists.txt pyproject.toml
 
-.PHONY: fmus demo test charts compiled format
+.PHONY: fmus demo test charts reference compiled format
 fmus: $(VENV)/installed
 
 demo: $(VENV)/installed

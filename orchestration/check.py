@@ -15,12 +15,12 @@ from .archive import Variable, similar
 from .errors import SceneError
 from .signals import Constant, Impulse, Ramps, Signal, Sine, Steps, pulses
 
-__all__ = ["SIGNALS", "TIME", "Layer", "number", "scalar", "signal"]
+__all__ = ["SHAPES", "SIGNALS", "TIME", "Layer", "number", "scalar", "signal"]
 
 TIME = Variable("time", 0, "Real", "local", "fixed", "", "s", {"s": 1})
 _ANGLE = Variable("phase", 0, "Real", "local", "fixed", "", "rad", {"rad": 1})
 # Signals given as a table: entry -> what it is, and its default where it may be left out.
-_SHAPES: dict[str, dict[str, tuple[str, float | None]]] = {
+SHAPES: dict[str, dict[str, tuple[str, float | None]]] = {
     "sine": {
         "offset": ("value", 0.0),
         "amplitude": ("difference", None),
@@ -37,7 +37,7 @@ _SHAPES: dict[str, dict[str, tuple[str, float | None]]] = {
         "start": ("time", 0.0),
     },
 }
-SIGNALS = ("steps", "ramps", *_SHAPES)
+SIGNALS = ("steps", "ramps", *SHAPES)
 MOST_PULSES = 100_000
 
 
@@ -120,14 +120,14 @@ def scalar(layer: Layer, key: str, raw: Any, variable: Variable) -> float | int 
 
 
 def signal(layer: Layer, key: str, raw: Any, variable: Variable) -> Signal:
-    """A constant, {steps = [[t, value], ...]}, {ramps = [[t, value], ...]}, or a table of _SHAPES: {sine = {offset,
+    """A constant, {steps = [[t, value], ...]}, {ramps = [[t, value], ...]}, or a table of SHAPES: {sine = {offset,
     amplitude, period, phase}}, {impulse = {peak, width}}, {pulses = {high, width, period, count}}."""
     if not isinstance(raw, Mapping):
         return Constant(float(scalar(layer, key, raw, variable)))
     if len(raw) != 1 or next(iter(raw)) not in SIGNALS:
         layer.refuse(key, dict(raw), f"not a signal; give a constant or one of {', '.join(SIGNALS)}")
     ((kind, about),) = raw.items()
-    if kind in _SHAPES:
+    if kind in SHAPES:
         return _shaped(layer, key, kind, about, variable)
     if not (isinstance(about, list) and about and all(isinstance(pair, list) and len(pair) == 2 for pair in about)):
         layer.refuse(key, about, f"{kind} wants a list of pairs [time, value]")
@@ -140,7 +140,7 @@ def signal(layer: Layer, key: str, raw: Any, variable: Variable) -> Signal:
 
 def _shaped(layer: Layer, key: str, kind: str, about: Any, variable: Variable) -> Signal:
     """A signal that is given as a table of numbers."""
-    shape = _SHAPES[kind]
+    shape = SHAPES[kind]
     if not isinstance(about, Mapping):
         layer.refuse(key, about, f"{kind} wants a table with {', '.join(shape)}")
     for name in about:
