@@ -2,6 +2,7 @@
 # make test     C++ and Python tests, formatters, linters
 # make fmus     fmus/thermal.fmu and fmus/rod.fmu
 # make charts   docs/convergence.png: how the models converge
+# make reference  docs/reference.md: every command, key and variable
 # make format   formats everything
 # Each sets up what it needs: system packages (on Debian), .venv, the package with its FMUs. WERROR=ON: as CI.
 VENV := .venv
@@ -35,6 +36,9 @@ test: compiled $(BUILD)/hosts/ready
 	ruff format --check .
 	clang-format --dry-run --Werror $(CXX_FILES)
 	python -m pytest
+
+reference: $(VENV)/installed
+	PYTHONPATH=. python docs/reference.py
 
 format: $(VENV)/installed
 	ruff check --fix .
