@@ -22,13 +22,18 @@ def drive(
     stop: float,
     breaks: Iterable[float] = (),
     progress: Callable[[float], None] = lambda time: None,
+    marks: Iterable[float] = (),
 ) -> Iterator[StepLog]:
-    """Yields the log of every accepted macro step. breaks: times [s] at which an input jumps or bends. The master is
-    initialised. Raises CouplingError, SubsystemError; what was yielded before stays valid."""
+    """Yields the log of every accepted macro step. breaks: times [s] at which an input jumps or bends; marks: at which
+    steps end without an event. The master is initialised. Raises CouplingError, SubsystemError; what was yielded
+    before stays valid."""
     time, wish, cap = start, control.step, math.inf
     least = control.step * 0.5**master.settings.halvings
-    for number, place in enumerate(sorted({t for t in breaks if start < t < stop} | {stop})):
-        if number:
+    events = {t for t in breaks if start < t < stop}
+    near = SLIVER * control.step
+    marks = {t for t in marks if start < t < stop and all(abs(t - event) > near for event in events)}
+    for place in sorted(events | marks | {stop}):
+        if time in events:
             master.arrive(time)
         while time < place:
             remaining = place - time

@@ -138,6 +138,11 @@ class Master:
             node.subsystem.restore(place.handles[node])
             node.samples = place.samples[node]
 
+    def restart(self, place: Checkpoint) -> None:
+        """Back, as if nothing had been learned of the loops since. Raises SubsystemError as rewind."""
+        self.rewind(place)
+        self._traces = {circuit: Trace(circuit.scale.size) for circuit in self.circuits}
+
     def release(self, place: Checkpoint) -> None:
         for node, handle in place.handles.items():
             node.subsystem.free(handle)
