@@ -66,7 +66,7 @@ def test_their_answer_is_the_last_line(gain: str, tmp_path: Path) -> None:
         tmp_path,
         "import sys\nopen('asked', 'w').write(sys.stdin.read())\nprint('hello')\n" + f"print({json.dumps(said)!r})",
     )
-    answer = cofmupy._theirs(fake, tca.read(file), [("one", "y")], tmp_path)
+    answer = cofmupy.theirs(fake, tca.read(file), [("one", "y")], tmp_path)
     np.testing.assert_array_equal(answer.watched, [[0.75], [0.5]])
     assert (answer.failure, answer.cpu) == ("", 0.25)
     asked = json.loads((tmp_path / "asked").read_text())

@@ -17,6 +17,7 @@ from fmu_host import ROOT
 
 import orchestration as tca
 from orchestration import ssp
+from orchestration.peers import cofmupy
 
 HOSTS = ROOT / "tests" / "hosts"
 INSTALLED = ROOT / "build" / "hosts"
@@ -100,6 +101,27 @@ def test_it_runs_scene_step_and_agrees(
     else:
         assert apart[0] < 1e-3
         assert np.log2(apart[0] / apart[1]) == pytest.approx(order, abs=0.1)
+
+
+@pytest.mark.parametrize(
+    ("settings", "verdict"), [(["parameters=measured"], "converges"), ([], "ends at step 1 of 20")], ids=["0.4", "3.2"]
+)
+def test_cofmupys_rollback_iterates_where_the_gain_is_below_1(
+    settings: list[str], verdict: str, installed: Path, tmp_path: Path
+) -> None:
+    """Its plain iteration multiplies an error by the gain of the loop and stops at 1e-3; ours needs no gain below 1."""
+    python = tmp_path / "python"
+    python.write_text(f'#!/bin/sh\nPYTHONPATH={installed / "cofmupy"} exec {sys.executable} "$@"\n')
+    python.chmod(0o755)
+    settings = [*settings, "stop_time=2"]
+    exact = tca.run(tca.read("step", [*settings, "rod.closure=inside"]))["rod.delta"].to_numpy()[1:]
+    scene = tca.read("step", [*settings, f"connections={cofmupy.WIRES}"])
+    watch = [("rod", f"delta[{k}]") for k in (1, 2, 3)]
+    said, error = cofmupy.rate(cofmupy.theirs(python, scene, watch, tmp_path), exact)
+    assert said.startswith(verdict)
+    assert error < 0.03 or verdict != "converges"
+    said, error = cofmupy.rate(cofmupy.ours(scene, watch), exact)
+    assert (said, error < 1e-5) == ("converges", True)
 
 
 @SHIPPED

@@ -30,7 +30,7 @@ from ..signals import Constant
 from ..simulate import prepared, recorded
 from ..simulate import run as run_scene
 
-__all__ = ["OURS", "THEIRS", "Answer", "Row", "job", "ours", "parse", "rate", "show"]
+__all__ = ["OURS", "THEIRS", "Answer", "Row", "job", "ours", "parse", "rate", "show", "theirs"]
 
 OURS, THEIRS = "tca-cosim", "CoFmuPy"
 HERE = Path(__file__).parent
@@ -161,7 +161,7 @@ def _ask(python: Path, what: dict[str, Any], folder: Path) -> dict[str, Any]:
     return parse(done.stdout)
 
 
-def _theirs(python: Path, scene: Scene, watch: Sequence[tuple[str, str]], folder: Path) -> Answer:
+def theirs(python: Path, scene: Scene, watch: Sequence[tuple[str, str]], folder: Path) -> Answer:
     answer = _ask(python, job(scene, watch), folder)
     return Answer(answer["failure"], np.array(answer["watched"]).reshape(-1, len(watch)), answer["cpu"])
 
@@ -195,7 +195,7 @@ def main(
         for case, gain, scene, watch, reference in _cases(built["path"], folder):
             runs = {
                 OURS: [ours(scene, watch) for _ in range(repeats)],
-                THEIRS: [_theirs(python, scene, watch, folder) for _ in range(repeats)],
+                THEIRS: [theirs(python, scene, watch, folder) for _ in range(repeats)],
             }
             for code, answers in runs.items():
                 verdict, error = rate(answers[0], reference)
