@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 
 from orchestration import CouplingError
 from orchestration.iteration.relaxed import Relaxed
-from orchestration.stability.systems import actuated, couple, dahlquist, step_radius, two_masses
+from orchestration.linear import Linear
+from orchestration.stability.systems import Implicit, actuated, connected, couple, dahlquist, step_radius, two_masses
+from orchestration.stability.verdict import spectral_growth
 
 # -- split Dahlquist: x' = -x + u, u = -4 x
 # -------------------------------------------------------------------------------
@@ -60,12 +63,16 @@ def test_explicit_coupling_of_a_damped_rod_has_a_limit(waveform: str, limit: flo
     assert step_radius(*actuated(0.1), 1.01 * limit, method=None, waveform=waveform) > 1.0
 
 
-@pytest.mark.parametrize(("waveform", "limit"), [("held", math.acos(0.75)), ("linear", 1.2757)])
-def test_inertia_lets_plain_iteration_contract_for_short_steps(waveform: str, limit: float) -> None:
+@pytest.mark.parametrize(
+    ("waveform", "limit", "kind"),
+    [("held", math.acos(0.75), Linear), ("linear", 1.2757, Linear), ("held", 0.5774, Implicit)],
+    ids=["held", "linear", "backward Euler"],
+)
+def test_inertia_lets_plain_iteration_contract_for_short_steps(waveform: str, limit: float, kind: type[Linear]) -> None:
     settings = {"method": "plain", "waveform": waveform, "max_sweeps": 5000, "halvings": 0}
-    couple(*actuated(), stop=0.99 * limit, step=0.99 * limit, **settings)
+    couple(*actuated(kind=kind), stop=0.99 * limit, step=0.99 * limit, **settings)
     with pytest.raises(CouplingError) as caught:
-        couple(*actuated(), stop=1.01 * limit, step=1.01 * limit, **settings)
+        couple(*actuated(kind=kind), stop=1.01 * limit, step=1.01 * limit, **settings)
     assert 1.0 < caught.value.gain < 1.05
 
 
@@ -88,6 +95,45 @@ def test_first_unstable_step_of_explicit_coupling(kind: str, jacobi: bool, degre
     how = {"method": None, "waveform": degree, "through": degree, "jacobi": jacobi}
     assert step_radius(*two_masses(kind), 0.99 * limit, **how) < 1.0
     assert step_radius(*two_masses(kind), 1.01 * limit, **how) > 1.0
+
+
+@pytest.mark.parametrize(("degree", "limit"), [("held", 1.163), ("linear", 0.596), ("quadratic", 0.331)])
+def test_first_unstable_step_with_outputs_of_the_same_instant(degree: str, limit: float) -> None:
+    """What other standards allow: a force that answers the motion now, not that of the step before."""
+
+    def radius(step: float) -> float:
+        systems, connections = two_masses("force")
+        for system in systems:
+            system.start = system.start + 0.1 * np.arange(1.0, system.start.size + 1.0)
+        master = connected(systems, connections, None, degree, degree, jacobi=True)
+        record = []
+        for number in range(80):
+            master.advance(number * step, step)
+            past = {node: node.samples[:-1] for node in master.nodes}
+            master.arrive((number + 1) * step)  # evaluates the outputs anew, but forgets what was before
+            for node in master.nodes:
+                node.samples = (*past[node], *node.samples)
+            record.append(np.concatenate([system.state for system in systems]))
+        return spectral_growth(record)
+
+    assert radius(0.99 * limit) < 1.0
+    assert radius(1.01 * limit) > 1.0
+
+
+@pytest.mark.parametrize(
+    ("kind", "jacobi", "degrees"),
+    [
+        ("force", True, ["held"]),
+        ("force", False, ["held"]),
+        ("displacement", True, ["held"]),
+        ("displacement", False, ["held", "linear", "quadratic"]),
+    ],
+)
+def test_explicit_coupling_without_a_limit(kind: str, jacobi: bool, degrees: list[str]) -> None:
+    for degree in degrees:
+        how = {"method": None, "waveform": degree, "through": degree, "jacobi": jacobi}
+        for step in (0.2, 1.0, 4.0, 10.0):
+            assert step_radius(*two_masses(kind), step, **how) < 1.0
 
 
 @pytest.mark.parametrize("degree", ["held", "linear", "quadratic"])
