@@ -19,14 +19,14 @@ fmus: $(VENV)/installed
 demo: $(VENV)/installed
 	tca-cosim paper
 
-compiled: $(VENV)/installed
+compiled: $(VENV)/installed $(VENV)/tested
 	cmake -S . -B $(BUILD) -DTCA_BUILD_TESTS=ON >$(BUILD)/configure.log || { cat $(BUILD)/configure.log; false; }
 	cmake --build $(BUILD)
 
 charts: compiled
 	python tests/bench/charts.py $(BUILD) docs/convergence.png
 
-$(BUILD)/hosts/ready: .ci/hosts tests/hosts/pom.xml $(VENV)/ready
+$(BUILD)/hosts/ready: .ci/hosts tests/hosts/pom.xml $(VENV)/tested
 	.ci/hosts $(BUILD)/hosts python
 	touch $@
 
@@ -40,13 +40,17 @@ test: compiled $(BUILD)/hosts/ready
 reference: $(VENV)/installed
 	PYTHONPATH=. python docs/reference.py
 
-format: $(VENV)/installed
+format: $(VENV)/installed $(VENV)/tested
 	ruff check --fix .
 	ruff format .
 	clang-format -i $(CXX_FILES)
 
 $(VENV)/ready: .ci/setup
 	.ci/setup $(VENV)
+	touch $@
+
+$(VENV)/tested: .ci/setup $(VENV)/ready
+	.ci/setup $(VENV) tests
 	touch $@
 
 $(VENV)/installed: $(VENV)/ready $(SOURCES)
