@@ -2,8 +2,8 @@
 NetCDF file.
 
 Scalars of one vector come as one variable with index dimensions: thermal.T (time, index3), rod.shape.p (time,
-index21, index3). The coupling log lies on the same time axis: coupling.step [s], sweeps, residual and error (shares
-of the nominals), gain."""
+index21, index3), indices from 1 on. The coupling log lies on the same time axis: coupling.step [s], sweeps, residual
+and error (shares of the nominals), gain."""
 
 from __future__ import annotations
 
@@ -56,8 +56,8 @@ def collect(
     for key, column in _log_columns(logs).items():
         unit, text = _LOG[key]
         found[f"coupling.{key}"] = ("time", column, {"units": unit, "long_name": text})
-    coordinate = {"time": ("time", times, {"units": "s", "long_name": "time"})}
-    return xr.Dataset(found, coordinate, about(scene, status))
+    coordinates = {"time": ("time", times, {"units": "s", "long_name": "time"})}
+    return xr.Dataset(found, coordinates | _indices(found), about(scene, status))
 
 
 def arrays(member: str, variables: Sequence[Variable], rows: np.ndarray) -> dict[str, Any]:
@@ -78,6 +78,12 @@ def arrays(member: str, variables: Sequence[Variable], rows: np.ndarray) -> dict
         attributes = {"units": about.unit, "long_name": about.description, "causality": about.causality}
         found[f"{member}.{base}"] = (("time", *(f"index{n}" for n in shape)), values, attributes)
     return found
+
+
+def _indices(found: dict[str, Any]) -> dict[str, Any]:
+    """Coordinates of the dimensions that index vectors: from 1 on, as in the FMUs' own names."""
+    dims = {dim for names, *_ in found.values() if names != "time" for dim in names[1:]}
+    return {dim: (dim, np.arange(1, int(dim.removeprefix("index")) + 1), {"long_name": "index"}) for dim in dims}
 
 
 def scalars(dataset: xr.Dataset) -> dict[str, tuple[np.ndarray, str]]:

@@ -22,6 +22,7 @@ def result() -> xr.Dataset:
 def test_variables_carry_units_and_meaning(result: xr.Dataset) -> None:
     assert result["thermal.T"].shape == (11, 3)
     assert result["rod.shape.p"].shape == (11, 21, 3)
+    assert result["index21"].to_numpy().tolist() == list(range(1, 22))  # as in shape.p[21,3]
     units = {
         name: result[name].attrs["units"] for name in ("time", "thermal.V", "thermal.T", "rod.delta", "rod.tip.euler")
     }

@@ -20,7 +20,7 @@ from PIL import Image
 
 from ..errors import CosimError
 from .charts import COLOURS
-from .manipulator import ZERO_CELSIUS, Manipulator, manipulator, moments, of_heat
+from .manipulator import ZERO_CELSIUS, Manipulator, manipulator, moments, of_heat, of_rod
 
 __all__ = ["ENDINGS", "gif", "images", "save"]
 
@@ -40,21 +40,23 @@ def images(result: xr.Dataset, frames: int = 100) -> Iterator[np.ndarray]:
     figure = Figure(figsize=(9.6, 5.4), dpi=100, layout="constrained")
     canvas = FigureCanvasAgg(figure)
     figure.suptitle(str(result.attrs.get("title", "")), fontsize=11)
-    left, right = figure.subfigures(1, 2, width_ratios=(1.25, 1.0))
-    movers = [_body(left, m), *_courses(right, result, m.times)]
+    left, right = np.ravel(figure.subfigures(1, 2, width_ratios=(1.25, 1.0)))
+    movers = [_body(left, m), _courses(right, result, m)]
     canvas.draw()  # what stays; what moves is drawn over it
     background = canvas.copy_from_bbox(figure.bbox)
     for row in range(m.times.size):
         canvas.restore_region(background)
         for move in movers:
             for artist in move(row):
-                artist.axes.draw_artist(artist)
+                artist.draw(canvas.get_renderer())
         yield np.ascontiguousarray(np.asarray(canvas.buffer_rgba())[:, :, :3])
 
 
 def gif(pictures: Iterable[np.ndarray], fps: float) -> bytes:
     """As a file of that kind that repeats for ever."""
-    first, *rest = (Image.fromarray(p).quantize(dither=Image.Dither.NONE) for p in pictures)
+    first, *rest = (
+        Image.fromarray(p).quantize(method=Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE) for p in pictures
+    )
     file = io.BytesIO()
     first.save(file, "GIF", save_all=True, append_images=rest, duration=1e3 / fps, loop=0)
     return file.getvalue()
@@ -118,7 +120,7 @@ def _body(figure: SubFigure, m: Manipulator) -> _Mover:
     places = [_MILLI * m.frames.sweep(s.offsets, s.stations) for s in surfaces]
     celsius = m.temperature - ZERO_CELSIUS
     scale = ScalarMappable(Normalize(celsius.min(), max(celsius.max(), celsius.min() + 1.0)), _SCALE)
-    faces = Poly3DCollection([], linewidths=0.0, antialiased=False, animated=True)
+    faces = Poly3DCollection([], linewidths=0.0, antialiased=True, animated=True)
     axes.add_collection3d(faces)
     low, high = places[0].min(axis=(0, 1)), places[0].max(axis=(0, 1))
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
@@ -152,14 +154,14 @@ def _shaded(colour: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     return np.column_stack([light[:, None] * colour[:3], np.full(len(triangles), colour[3])])
 
 
-def _courses(figure: SubFigure, result: xr.Dataset, times: np.ndarray) -> list[_Mover]:
-    """Charts of voltages and temperatures, with a line at the time that is shown."""
-    heat = of_heat(result)
-    if heat is None:
-        return []
+def _courses(figure: SubFigure, result: xr.Dataset, m: Manipulator) -> _Mover:
+    """Charts of voltages, where a heat model has them, and temperatures, with a line at the time that is shown."""
+    heat, rod = of_heat(result), of_rod(result)
+    shown = [(f"{heat}.V", "voltage [V]", 0.0)] if heat else []
+    shown.append((f"{rod}.T", "temperature [°C]", ZERO_CELSIUS))
     lines = []
-    shown = ((f"{heat}.V", "voltage [V]", 0.0), (f"{heat}.T", "temperature [°C]", ZERO_CELSIUS))
-    for axes, (name, label, zero) in zip(figure.subplots(len(shown), 1, sharex=True), shown, strict=True):
+    places = figure.subplots(len(shown), 1, sharex=True, squeeze=False).flat
+    for axes, (name, label, zero) in zip(places, shown, strict=True):
         for k, course in enumerate(result[name].to_numpy().T):
             axes.plot(result["time"], course - zero, color=COLOURS[k % len(COLOURS)], label=f"TCA {k + 1}")
         axes.set_ylabel(label)
@@ -170,7 +172,7 @@ def _courses(figure: SubFigure, result: xr.Dataset, times: np.ndarray) -> list[_
 
     def move(row: int) -> Iterable[Artist]:
         for line in lines:
-            line.set_xdata([times[row]] * 2)
+            line.set_xdata([m.times[row]] * 2)
         return lines
 
-    return [move]
+    return move

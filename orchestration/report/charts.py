@@ -107,7 +107,8 @@ def charts(result: xr.Dataset) -> list[Chart]:
 
 def _known(result: xr.Dataset, member: str, groups: tuple[_Group, ...]) -> Iterator[Chart]:
     for group in groups:
-        lines, unit = [], ""
+        lines: list[Line] = []
+        unit = ""
         for name, labels in group.variables.items():
             array = result.get(f"{member}.{name}")
             if array is None or not np.nan_to_num(array).any():
