@@ -73,7 +73,7 @@ def test_every_convergent_method_gives_the_same(method: str) -> None:
     assert np.abs(one["rod.delta"] - other["rod.delta"]).max() <= 1e-8
 
 
-@pytest.mark.parametrize("method", ["iqn", "aitken", "broyden", "newton", "relaxed"])
+@pytest.mark.parametrize("method", ["iqn", "aitken", "broyden", "newton", "tangent", "relaxed"])
 def test_two_way_feedback(method: str) -> None:
     """Resistance that follows temperature and displacement: the heat is part of the loop."""
     overrides = ["stop_time=2", "thermal.tca.beta=0.1", "thermal.tca.alpha_T=0.004", "coupling.max_sweeps=200"]
@@ -81,6 +81,13 @@ def test_two_way_feedback(method: str) -> None:
     inside = tca.run(tca.read("step", [*overrides, "rod.closure=inside"]))
     assert np.abs(result["rod.delta"] - inside["rod.delta"]).max() <= 2e-8
     np.testing.assert_allclose(result["thermal.delta"][1:], result["rod.delta"][1:], atol=1e-8)
+
+
+def test_two_way_feedback_of_heat_alone_lets_plain_iteration_converge() -> None:
+    overrides = ["stop_time=2", "thermal.tca.beta=0.1", "thermal.tca.alpha_T=0.004", "rod.closure=inside"]
+    plain = tca.run(tca.read("step", [*overrides, "coupling.method=plain"]))
+    assert plain["coupling.gain"][-1] < 0.5
+    assert np.abs(plain["rod.delta"] - tca.run(tca.read("step", overrides))["rod.delta"]).max() <= 1e-8
 
 
 def test_figure(computed: dict[str, xr.Dataset], tmp_path: Path) -> None:
