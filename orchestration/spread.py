@@ -15,6 +15,7 @@ __all__ = ["Worker", "serial", "spread"]
 
 T = TypeVar("T")
 Worker = Callable[[Sequence[Callable[[], T]]], Iterable[tuple[int, T]]]  # (number of the task, its result), any order
+_DEATH = "the process that ran it died, every time that it was tried"
 AHEAD = 4  # tasks handed out per thread: enough to keep it busy, few enough that a long list costs no memory
 
 
@@ -31,8 +32,8 @@ def spread(
 ) -> Iterator[tuple[int, T]]:
     """tasks: to be pickled. scheduler: address of a running one, such as tcp://host:8786, whose workers can import
     this package and see the same files; without one a local cluster of `workers` processes, as many as there are
-    cores unless told. Raises CosimError where no scheduler answers or processes die; ModuleNotFoundError without
-    dask."""
+    cores unless told. Where processes die in one task again and again, its method lost(why) gives what stands for its
+    result. Raises CosimError where it has none, and where no scheduler answers; ModuleNotFoundError without dask."""
     from dask.distributed import Client, KilledWorker, LocalCluster, as_completed  # an extra, and slow to load
 
     with contextlib.ExitStack() as stack:
@@ -61,9 +62,21 @@ def spread(
             return list(futures)
 
         running = as_completed(submit(AHEAD * max(1, sum(client.nthreads().values()))))
+        suspects = []
         for future in running:
             running.update(submit(1))
+            number = numbers.pop(future)
             try:
-                yield numbers.pop(future), future.result()
+                found = future.result()
+            except KilledWorker:
+                suspects.append(number)  # it, or another task that waited in the same process
+                continue
+            yield number, found
+        for number in suspects:  # each alone, so that none dies of another
+            try:
+                found = client.submit(tasks[number], pure=False).result()
             except KilledWorker as error:
-                raise CosimError(f"processes died in the same task again and again: {error}") from error
+                if not hasattr(tasks[number], "lost"):
+                    raise CosimError(f"{_DEATH}: {error}") from error
+                found = tasks[number].lost(_DEATH)
+            yield number, found

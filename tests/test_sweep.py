@@ -11,6 +11,7 @@ import sys
 import time
 from pathlib import Path
 
+import dask
 import numpy as np
 import pytest
 import xarray as xr
@@ -19,7 +20,7 @@ from scipy.stats import qmc
 
 import orchestration as tca
 from orchestration import CosimError, results, sweep
-from orchestration.spread import serial
+from orchestration.spread import serial, spread
 from orchestration.sweep import chart, design, sensitivity
 
 ROOT = Path(__file__).parent.parent
@@ -218,6 +219,23 @@ def test_killed_and_resumed(tmp_path: Path) -> None:
     assert names[0].read_bytes() == names[1].read_bytes()
 
 
+class Dies:
+    """A run in an FMU that takes its process with it."""
+
+    def __call__(self) -> str:
+        os._exit(1)
+
+    def lost(self, why: str) -> str:
+        return why
+
+
+def test_a_run_that_kills_its_process_is_a_failure_of_its_own() -> None:
+    with dask.config.set({"distributed.scheduler.allowed-failures": 0}):
+        found = dict(spread([Dies(), lambda: "done"], workers=1))
+    assert found[0].startswith("the process that ran it died")
+    assert found[1] == "done"
+
+
 def test_another_sweep_is_not_mixed_in(swept: tuple[sweep.Plan, xr.Dataset, Path], tmp_path: Path) -> None:
     _, _, folder = swept
     other = plan(tmp_path, TWO.replace("0.1", "0.2"))
@@ -287,6 +305,9 @@ def test_unknown_outputs_and_missing_keys_are_named(tmp_path: Path) -> None:
         sweep.read(tmp_path / "mine.toml")
     (tmp_path / "mine.toml").write_text("runs = 8\n")
     with pytest.raises(CosimError, match="scene: missing; add name of a scene"):
+        sweep.read(tmp_path / "mine.toml")
+    (tmp_path / "mine.toml").write_text("runs = 8\n" + QUICK.replace("set = [", 'set = ["fidelity.level=auto", ') + TWO)
+    with pytest.raises(CosimError, match="choose anew in every run; add to set"):
         sweep.read(tmp_path / "mine.toml")
     with pytest.raises(CosimError, match="did you mean 'scatter'"):
         sweep.read("scater")

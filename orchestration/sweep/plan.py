@@ -109,6 +109,9 @@ def read(source: str | Path, runs: int | None = None, overrides: Sequence[str] =
     beside = path.parent / known["scene"]
     where = str(beside) if beside.is_file() else known["scene"]
     base = scene.read(where, held := (*texts["set"], *overrides))
+    if base.asked.level == "auto":
+        remedy = "add to set what `tca-cosim fit` finds, and 'fidelity.level=given'"
+        layer.refuse("scene", known["scene"], f"fidelity.level = 'auto' would choose anew in every run; {remedy}")
     if not isinstance(known["parameters"], Mapping):
         layer.refuse("parameters", known["parameters"], f"wants a {KEYS['parameters']}")
     axes = tuple(axis.read(layer, base, name, raw) for name, raw in known["parameters"].items())

@@ -32,6 +32,9 @@ class Point:
     outputs: tuple[str, ...]
     times: np.ndarray
 
+    def lost(self, why: str) -> Outcome:
+        return Outcome(self.point, None, why)
+
     def __call__(self) -> Outcome:
         try:
             result = simulate.run(scene.read(self.source, (*self.held, *self.point), kept))
