@@ -87,12 +87,13 @@ def test_the_gain_of_a_moving_rod_is_that_of_theory(step: float) -> None:
     assert judged(MOVING, "plain", "linear", step, 0.9 * edge).gain == pytest.approx(0.9, rel=2e-3)
 
 
-@pytest.mark.parametrize("method", ["aitken", "iqn", "broyden", "newton"])
+@pytest.mark.parametrize("method", ["aitken", "iqn", "broyden", "newton", "tangent"])
 def test_accelerated_methods_pass_the_limit_of_plain_iteration(method: str) -> None:
     edge = limit(beam(), np.array([0.1]), "plain", "linear", rod.OMEGA)[0]
     verdict = judged((), method, "linear", 0.1, 3.0 * edge)
     assert verdict.kind == "converged"
     assert verdict.gain == pytest.approx(3.0, rel=0.05)
+    assert judged((), method, "linear", 0.5, 150.0 * edge).kind == "converged"
 
 
 def test_what_theory_does_not_cover_is_refused() -> None:
@@ -118,10 +119,10 @@ MARKED = [panel for panel in oscillators.panels() if panel.marks]
 
 @pytest.mark.parametrize("panel", MARKED, ids=[panel.title for panel in MARKED])
 def test_analytic_systems_fail_at_their_known_limits(panel: object) -> None:
-    """Within 1.5 % in the macro step: the limits are known to three digits."""
+    """Within 1 % in the macro step: the limits are known to three digits."""
     ((step, strength),) = panel.marks
-    assert panel.judge(0.985 * step, strength).kind == "converged"
-    assert panel.judge(1.015 * step, strength).kind in ("diverged", "unstable")
+    assert panel.judge(0.99 * step, strength).kind == "converged"
+    assert panel.judge(1.01 * step, strength).kind in ("diverged", "unstable")
 
 
 @pytest.mark.parametrize("panel", [p for p in MARKED if p.limit], ids=lambda panel: panel.title)
