@@ -71,8 +71,9 @@ def ours() -> dict[float, tuple[np.ndarray, np.ndarray]]:
         ("with_ecos.py", True, 1),
         ("with_cofmupy.py", False, None),
         ("with_maestro.py", False, 1),
+        ("with_fmucontainer.py", False, None),
     ],
-    ids=["fmpy", "fmpy-ssp", "libcosim", "libcosim-ssp", "ecos", "ecos-ssp", "cofmupy", "maestro"],
+    ids=["fmpy", "fmpy-ssp", "libcosim", "libcosim-ssp", "ecos", "ecos-ssp", "cofmupy", "maestro", "fmucontainer"],
 )
 def test_it_runs_scene_step_and_agrees(
     script: str,
@@ -145,6 +146,16 @@ def vdmcheck(installed: Path, subject: Path) -> str:
     command = ["java", "-jar", "vdmcheck2.jar", subject]
     done = subprocess.run(command, cwd=installed / "vdmcheck", capture_output=True, text=True, timeout=300, check=False)
     return done.stdout + done.stderr
+
+
+@SHIPPED
+def test_the_fmu_manipulation_toolbox_finds_no_error(name: str) -> None:
+    command = Path(sys.executable).with_name("fmutool")
+    done = run(command, "-input", ROOT / "fmus" / f"{name}.fmu", "-check")
+    said = done.stdout + done.stderr
+    assert "No semantic error against the FMI-2 standard" in said
+    assert "seems to be compliant with FMI-2.0" in said
+    assert not {"ERROR", "WARNING"} & set(said.split())
 
 
 @SHIPPED
