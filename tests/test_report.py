@@ -155,6 +155,7 @@ def opened(browser: Browser, path: Path) -> tuple[Page, list[str]]:
     """The page, and what goes wrong in it or is asked for from outside, as it comes."""
     wrong: list[str] = []
     view = browser.new_page(viewport={"width": 1280, "height": 900})
+    view.set_default_timeout(120_000)  # [ms], for busy machines
     view.on("console", lambda message: wrong.append(message.text) if message.type == "error" else None)
     view.on("pageerror", lambda error: wrong.append(str(error)))
     view.on("request", lambda request: wrong.append(request.url) if request.url.startswith("http") else None)
@@ -198,6 +199,11 @@ def test_the_page_in_a_browser(result: xr.Dataset, seen: Field, browser: Browser
     view.locator("#play").click()
     assert view.inner_text("#play").endswith("Play")
     assert view.inner_text("#clock") == "t = 6.00 s"
+
+    view.set_viewport_size({"width": 700, "height": 900})  # one column then; nothing collapses
+    view.wait_for_function("charts[0]._fullLayout.width > 600")
+    heights = view.evaluate("[body.place, field.place, ...charts].map((p) => p._fullLayout.height)")
+    assert min(heights) > 250
     assert wrong == []
     view.close()
 

@@ -36,7 +36,6 @@ def chart(shown: Chart, times: np.ndarray) -> go.Figure:
         template="none",
         title={"text": f"{shown.title}{unit}", "x": 0.0, "xref": "container", "pad": {"l": 14}, "font": {"size": 14}},
         font=_FONT,
-        height=270,
         margin={"l": 58, "r": 14, "t": 40, "b": 70},
         xaxis=axis | {"title": {"text": "t [s]", "standoff": 4}, "range": [times[0], times[-1]]},
         yaxis=axis
@@ -94,7 +93,6 @@ def body(m: Manipulator, field: Field | None) -> tuple[go.Figure, list[Surface]]
     figure.update_layout(
         template="none",
         font=_FONT,
-        height=560,
         margin={"l": 0, "r": 0, "t": 0, "b": 0},
         scene=axes
         | {
@@ -140,7 +138,6 @@ def section(field: Field, m: Manipulator | None) -> go.Figure:
     figure.update_layout(
         template="none",
         font=_FONT,
-        height=500,
         margin={"l": 50, "r": 10, "t": 8, "b": 44},
         xaxis=tick | {"title": {"text": "x [mm]", "standoff": 4}, "constrain": "domain"},
         yaxis=tick | {"title": {"text": "y [mm]", "standoff": 4}, "scaleanchor": "x", "constrain": "domain"},
