@@ -8,10 +8,8 @@ and error (shares of the nominals), gain."""
 from __future__ import annotations
 
 import json
-import os
 import platform
 import re
-import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from importlib.metadata import PackageNotFoundError, version
@@ -26,6 +24,7 @@ from .archive import Variable
 from .iteration import spectral_radius
 from .master import StepLog
 from .scene import Member, Scene
+from .whole import whole
 
 __all__ = ["about", "arrays", "collect", "read", "scalars", "versions", "write"]
 
@@ -105,11 +104,8 @@ def write(dataset: xr.Dataset, path: Path) -> None:
     }
     if path.suffix not in writers:
         raise ValueError(f"{path}: unknown ending {path.suffix!r}; allowed: {', '.join(writers)}")
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(dir=path.parent, prefix=".writing-") as folder:
-        draft = Path(folder) / path.name
+    with whole(path) as draft:
         writers[path.suffix](dataset, draft)
-        os.replace(draft, path)
 
 
 def read(path: Path) -> xr.Dataset:

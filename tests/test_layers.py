@@ -9,7 +9,7 @@ import orchestration
 
 FOLDER = Path(orchestration.__file__).parent
 ORDER = (
-    ("errors", "units", "signals", "subsystem", "described"),
+    ("errors", "units", "signals", "subsystem", "whole", "described"),
     ("spread",),
     ("archive", "linear", "wiring"),
     ("instance",),

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import io
-import os
-import tempfile
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
@@ -19,6 +17,7 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from PIL import Image
 
 from ..errors import CosimError
+from ..whole import whole
 from .charts import COLOURS
 from .manipulator import ZERO_CELSIUS, Manipulator, manipulator, moments, of_heat, of_rod
 
@@ -81,14 +80,11 @@ def save(
             yield picture
             progress()
 
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(dir=path.parent, prefix=".writing-") as folder:
-        draft = Path(folder) / path.name
+    with whole(path) as draft:
         if path.suffix == ".gif":
             draft.write_bytes(gif(watched(), fps))
         else:
             _write_mp4(watched(), draft, fps)
-        os.replace(draft, path)
 
 
 def _write_mp4(pictures: Iterator[np.ndarray], path: Path, fps: float) -> None:

@@ -5,8 +5,6 @@ from __future__ import annotations
 
 import base64
 import json
-import os
-import tempfile
 from html import escape
 from itertools import cycle
 from pathlib import Path
@@ -18,6 +16,7 @@ import plotly.graph_objects as go
 import xarray as xr
 from plotly.offline import get_plotlyjs
 
+from ..whole import whole
 from . import figures
 from .about import about, facts
 from .charts import COLOURS, charts
@@ -34,11 +33,8 @@ _HERE = Path(__file__).parent
 def write(result: xr.Dataset, path: Path) -> None:
     """result: of a run, complete or partial. The file appears whole or not at all."""
     text = html(result)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(dir=path.parent, prefix=".writing-") as folder:
-        draft = Path(folder) / path.name
+    with whole(path) as draft:
         draft.write_text(text, encoding="utf-8")
-        os.replace(draft, path)
 
 
 def html(result: xr.Dataset) -> str:
