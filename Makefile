@@ -1,6 +1,7 @@
 # make demo     the paper's three scenes and their figure
 # make test     C++ and Python tests, formatters, linters
 # make fmus     fmus/thermal.fmu and fmus/rod.fmu
+# make portable both with binaries for Windows as well, and in build/wheel/ a wheel with them, which needs no compiler
 # make charts   docs/convergence.png: how the models converge
 # make reference  docs/reference.md: every command, key and variable
 # make format   formats everything
@@ -9,12 +10,16 @@ VENV := .venv
 BUILD := build
 WERROR ?= OFF
 export PATH := $(CURDIR)/$(VENV)/bin:$(PATH)
-CXX_FILES := $(shell find fmus thermal_fmu rod_fmu tests -name '*.[ch]pp')
+CXX_FILES := $(shell find fmus thermal_fmu rod_fmu tests -name '*.[ch]pp' -o -name '*.c')
 SOURCES := $(CXX_FILES) $(shell find fmus thermal_fmu rod_fmu tests orchestration -name '*.txt' -o -name '*.md' \
 	-o -name '*.png' -o -name '*.cmake' -o -name '*.map' -o -path 'orchestration/*' -type f ! -name '*.pyc') CMakeLists.txt pyproject.toml
+WINDOWS = TCA_WIN64=ON $(addprefix FETCHCONTENT_SOURCE_DIR_SUNDIALS=,$(realpath $(VENV)/sundials))
 
-.PHONY: fmus demo test charts reference compiled format
+.NOTPARALLEL: # one build folder; what runs in it is parallel
+.PHONY: fmus portable demo test charts reference compiled format
 fmus: $(VENV)/installed
+
+portable: $(BUILD)/wheel/ready
 
 demo: $(VENV)/installed
 	tca-cosim paper
@@ -30,7 +35,13 @@ $(BUILD)/hosts/ready: .ci/hosts tests/hosts/pom.xml $(VENV)/tested
 	.ci/hosts $(BUILD)/hosts python
 	touch $@
 
-test: compiled $(BUILD)/hosts/ready
+$(BUILD)/wheel/ready: $(VENV)/installed $(VENV)/windows
+	rm -rf $(BUILD)/wheel
+	python -m pip wheel --quiet --no-deps --no-build-isolation -Cbuild-dir=$(BUILD) $(addprefix -Ccmake.define.,$(WINDOWS)) \
+		-Cwheel.tags=py3-none-manylinux2014_x86_64 --wheel-dir $(BUILD)/wheel .
+	touch $@
+
+test: portable compiled $(BUILD)/hosts/ready
 	ctest --test-dir $(BUILD) --output-on-failure
 	ruff check .
 	ruff format --check .
@@ -51,6 +62,11 @@ $(VENV)/ready: .ci/setup
 
 $(VENV)/tested: .ci/setup $(VENV)/ready
 	.ci/setup $(VENV) tests
+	touch $@
+
+$(VENV)/windows: .ci/setup .ci/sundials $(VENV)/ready
+	.ci/setup $(VENV) windows
+	.ci/sundials $(VENV)/sundials
 	touch $@
 
 $(VENV)/installed: $(VENV)/ready $(SOURCES)
