@@ -302,3 +302,10 @@ def test_commands_that_have_nothing_to_show(
     assert done.exit_code == 2
     assert text in " ".join(done.stderr.split())
     assert not (tmp_path / "results").exists()
+
+
+def test_a_run_that_fails_is_shown_as_far_as_it_came(tmp_path: Path) -> None:
+    done = CliRunner().invoke(app, ["report", "plain", "--out", str(tmp_path)])
+    assert done.exit_code == 2
+    assert "diverges" in done.stderr
+    assert "ended early" in (tmp_path / "plain.partial.html").read_text(encoding="utf-8")

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from .console import extra, reported, written
+from ..errors import CosimError
+from .console import extra, out, reported, written
 from .options import Folder, Overrides
 from .shown import From, MaybeScene, shown
 
@@ -17,11 +18,19 @@ def command(
     folder: Folder = Path("results"),
     source: From = None,
 ) -> None:
-    """Shows a result as one HTML page that needs nothing else (extra `report`); writes NAME.html."""
+    """Shows a result as one HTML page that needs nothing else (extra `report`); writes NAME.html, of a run that fails
+    NAME.partial.html."""
     with reported():
         with extra("report"):
             from ..report import page  # plotly, scikit-fem
-        result = shown(scene, override, source)
+        try:
+            result = shown(scene, override, source)
+        except CosimError as error:
+            if error.partial is not None:
+                path = folder / f"{error.partial.attrs['scene']}.partial.html"
+                page.write(error.partial, path)
+                out.print(f"what was computed until then: {path}", highlight=False)
+            raise
         path = folder / f"{result.attrs['scene']}.html"
         page.write(result, path)
         written(path)

@@ -47,7 +47,7 @@ def html(result: xr.Dataset) -> str:
     shown, readings = charts(result), _readings(result, heat, rows)
     data = {
         "times": times[rows].tolist(),
-        "decimals": max(0, 2 - int(np.floor(np.log10(max(times[-1], 1e-9) / 10.0)))),
+        "decimals": max(0, 3 - int(np.floor(np.log10(times[-1] or 1.0)))),
         "readings": readings,
         "charts": [_plain(figures.chart(chart, times)) for chart in shown],
         "body": _body(drawn, seen) if drawn else None,
