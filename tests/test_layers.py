@@ -10,7 +10,7 @@ import orchestration
 FOLDER = Path(orchestration.__file__).parent
 ORDER = (
     ("errors", "units", "signals", "subsystem", "whole", "described"),
-    ("spread",),
+    ("figures", "spread"),
     ("archive", "linear", "wiring"),
     ("instance",),
     ("slave",),

@@ -11,13 +11,13 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from .. import figures
 from ..scene import Scene
 from . import ANGLES, SCENES, TEMPERATURES, course, deviations, readings, tips
 
 __all__ = ["draw", "save"]
 
 COLOURS = ("tab:blue", "tab:orange", "tab:green")
-ENDINGS = ("png", "svg", "pdf")
 SHAPE_EVERY = 5.0  # [s] between the body shapes in the top view
 
 
@@ -40,13 +40,9 @@ def draw(scenes: Mapping[str, Scene], results: Mapping[str, xr.Dataset]) -> Figu
     return figure
 
 
-def save(figure: Figure, folder: Path, name: str = "fig3") -> list[Path]:
+def save(figure: Figure, folder: Path) -> list[Path]:
     """The files written."""
-    folder.mkdir(parents=True, exist_ok=True)
-    paths = [folder / f"{name}.{ending}" for ending in ENDINGS]
-    for path in paths:
-        figure.savefig(path, dpi=110)
-    return paths
+    return figures.save(figure, folder, "fig3", ("png", "svg", "pdf"))
 
 
 def _voltages(axes: Axes, result: xr.Dataset) -> None:

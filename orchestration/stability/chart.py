@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import json
 import math
-from pathlib import Path
 
 import numpy as np
 import xarray as xr
@@ -15,12 +14,12 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from ..figures import save
 from .verdict import KINDS
 
 __all__ = ["draw", "save"]
 
 COLUMNS = 4
-ENDINGS = ("png", "svg")
 BAD = {"diverged": "#d62728", "unstable": "#ff9896", "slow": "#c7c7c7"}
 MOST_SWEEPS = 200.0
 
@@ -54,15 +53,6 @@ def draw(dataset: xr.Dataset) -> Figure:
     figure.legend(handles=keys, loc="outside lower center", ncols=len(keys), fontsize=9)
     figure.suptitle(dataset.attrs["title"], fontsize=11)
     return figure
-
-
-def save(figure: Figure, folder: Path, name: str) -> list[Path]:
-    """The files written."""
-    folder.mkdir(parents=True, exist_ok=True)
-    paths = [folder / f"{name}.{ending}" for ending in ENDINGS]
-    for path in paths:
-        figure.savefig(path, dpi=110)
-    return paths
 
 
 def _panel(axes: Axes, panel: xr.Dataset, marks: list[list[float]]) -> object:

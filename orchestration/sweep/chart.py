@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from ..figures import save
+
 __all__ = ["draw", "outputs", "save"]
 
-ENDINGS = ("png", "svg")
 MOST_CURVES = 6  # in one panel
 
 
@@ -42,15 +41,6 @@ def draw(dataset: xr.Dataset) -> Figure:
         f"{dataset.attrs['title']}: {dataset.sizes['run']} runs, {failed} failed; quantiles {shares} %", fontsize=11
     )
     return figure
-
-
-def save(figure: Figure, folder: Path, name: str) -> list[Path]:
-    """The files written."""
-    folder.mkdir(parents=True, exist_ok=True)
-    paths = [folder / f"{name}.{ending}" for ending in ENDINGS]
-    for path in paths:
-        figure.savefig(path, dpi=110)
-    return paths
 
 
 def _flat(dataset: xr.Dataset, name: str) -> np.ndarray:
