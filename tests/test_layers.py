@@ -9,7 +9,7 @@ import orchestration
 
 FOLDER = Path(orchestration.__file__).parent
 ORDER = (
-    ("errors", "units", "signals", "subsystem", "whole", "described"),
+    ("errors", "units", "signals", "subsystem", "whole", "described", "machine"),
     ("figures", "spread"),
     ("archive", "linear", "wiring"),
     ("instance",),
@@ -30,6 +30,7 @@ ORDER = (
     ("monolith",),
     ("reference", "paper"),
     ("peers", "stability", "sweep"),
+    ("chart",),
     ("report",),
     ("accessor", "api"),
     ("cli",),

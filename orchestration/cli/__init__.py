@@ -6,8 +6,10 @@ import typer
 
 from . import (
     animate,
+    chart,
     export,
     fit,
+    halving,
     modes,
     monolith,
     paper,
@@ -39,6 +41,8 @@ for name, command in {
     "fit": fit.command,
     "report": report.command,
     "animate": animate.command,
+    "chart": chart.command,
+    "halving": halving.command,
     "peers": peers.command,
 }.items():
     app.command(name)(command)

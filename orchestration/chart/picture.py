@@ -1,0 +1,116 @@
+"""A chart as a figure: error to the right, cost upwards; above CPU time, below work that no machine changes. A column
+per panel. The best are at the lower left."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+__all__ = ["draw", "save"]
+
+ENDINGS = ("png", "svg")
+COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#7f7f7f", "#000000")  # Okabe, Ito
+MARKERS = "osD^vP*X"
+FAILED = "#d62728"
+
+
+def draw(dataset: xr.Dataset) -> Figure:
+    """dataset: from table.tabulated."""
+    titles = json.loads(dataset.attrs["panels"])
+    panels = [key for key in titles if (dataset["panel"] == key).any()]
+    figure = Figure(figsize=(1.2 + 4.0 * len(panels), 8.4), layout="constrained")
+    axes = figure.subplots(2, len(panels), sharex=True, sharey="row", squeeze=False)
+    edge = _limits(dataset, axes[0, 0])
+    for column, key in zip(axes.T, panels, strict=True):
+        here = dataset.isel(point=np.flatnonzero(dataset["panel"] == key))
+        names = list(dict.fromkeys(here["series"].to_numpy().tolist()))
+        for place, cost in zip(column, ("time", "work"), strict=True):
+            _frame(place, dataset, cost, edge)
+            for k, name in enumerate(names):
+                _series(place, here.isel(point=np.flatnonzero(here["series"] == name)), cost, k, edge)
+        column[0].set_title(titles[key], fontsize=11)
+        column[1].legend(
+            handles=[_key(k, name) for k, name in enumerate(names)],
+            loc="upper center",
+            bbox_to_anchor=(0.5, -0.16),
+            ncols=2,
+            fontsize=9,
+            frameon=False,
+        )
+        column[1].set_xlabel("error [1]")
+    axes[0, 0].set_ylabel("CPU time of a warm run [s]")
+    axes[1, 0].set_ylabel("steps of the FMUs, repeated ones too [1]\n(monolith: right-hand sides)")
+    figure.supxlabel(_below(dataset), fontsize=9)
+    figure.suptitle(dataset.attrs["title"], fontsize=13)
+    return figure
+
+
+def save(figure: Figure, folder: Path, name: str, endings: Sequence[str] = ENDINGS) -> list[Path]:
+    """The files written."""
+    folder.mkdir(parents=True, exist_ok=True)
+    paths = [folder / f"{name}.{ending}" for ending in endings]
+    for path in paths:
+        figure.savefig(path, dpi=90)
+    return paths
+
+
+def _limits(dataset: xr.Dataset, axes: Axes) -> float:
+    """Sets the axis of errors; where failures are drawn on it."""
+    good = dataset["error"].to_numpy()[np.isfinite(dataset["error"])]
+    floor = max(float(dataset.attrs["floor"]), 1e-12)
+    least = min(floor, *good) if good.size else floor
+    most = max(1.0, *good) if good.size else 1.0
+    axes.set(xscale="log", yscale="log", xlim=(least / 3.0, most * 30.0))
+    return most * 10.0
+
+
+def _frame(axes: Axes, dataset: xr.Dataset, cost: str, edge: float) -> None:
+    """Grid, floor, edge of failures and the front of all points of the chart."""
+    axes.set(xscale="log", yscale="log")
+    axes.grid(which="major", color="0.9", linewidth=0.7)
+    axes.set_axisbelow(True)
+    floor = float(dataset.attrs["floor"])
+    axes.axvspan(axes.get_xlim()[0], floor, color="0.93", zorder=0)
+    axes.axvline(floor, color="0.5", linestyle=":", linewidth=1.2)
+    axes.axvspan(edge / 3.0, axes.get_xlim()[1], color=FAILED, alpha=0.08, zorder=0, linewidth=0)
+    if cost == "time":
+        best = dataset.isel(point=np.flatnonzero(dataset["front"])).sortby("error")
+        axes.plot(best["error"], best["time"], color="0.75", linewidth=5.0, solid_capstyle="round", zorder=1)
+
+
+def _series(axes: Axes, points: xr.Dataset, cost: str, number: int, edge: float) -> None:
+    colour = COLOURS[number % len(COLOURS)]
+    good = points.isel(point=np.flatnonzero(np.isfinite(points["error"])))
+    style = {"color": colour, "marker": MARKERS[number % len(MARKERS)], "markersize": 5.5, "linewidth": 1.2}
+    if cost == "time":
+        spread = [good["time"] - good["time_low"], good["time_high"] - good["time"]]
+        axes.errorbar(good["error"], good["time"], spread, elinewidth=1.0, **style)
+        best = good.isel(point=np.flatnonzero(good["front"]))
+        axes.plot(best["error"], best["time"], "o", markersize=11, markerfacecolor="none", color="black", zorder=4)
+    else:
+        axes.plot(good["error"], good["work"], **style)
+    failed = points.isel(point=np.flatnonzero(~np.isfinite(points["error"])))
+    if cost == "time" and failed.sizes["point"]:
+        axes.plot([edge] * failed.sizes["point"], failed["cold"], "x", color=colour, markersize=8, markeredgewidth=2)
+
+
+def _key(number: int, name: str) -> Line2D:
+    style = {"color": COLOURS[number % len(COLOURS)], "marker": MARKERS[number % len(MARKERS)]}
+    return Line2D([], [], label=name, markersize=5.5, linewidth=1.2, **style)
+
+
+def _below(dataset: xr.Dataset) -> str:
+    machine, versions = json.loads(dataset.attrs["machine"]), json.loads(dataset.attrs["versions"])
+    return (
+        f"{dataset.attrs['axis']}. Grey line, rings: no other point is faster and as exact. Dotted: floor "
+        f"{dataset.attrs['floor']:.0e}, the gap between two refined monoliths. Red edge: failed.\n"
+        f"Times: median and quartiles of {dataset.attrs['repeats']} rounds, one thread of {machine['processor']}, load "
+        f"{machine['load']}; tca-cosim {versions['tca-cosim']}, commit {dataset.attrs['commit']}"
+    )

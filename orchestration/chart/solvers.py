@@ -1,0 +1,179 @@
+"""The solvers that a chart compares, behind one protocol, so that all are timed alike: loaded and made ready untimed,
+run timed."""
+
+from __future__ import annotations
+
+import contextlib
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import fields
+from functools import partial
+from typing import Any, ClassVar, Protocol
+
+import numpy as np
+import xarray as xr
+
+from .. import monolith, reference, results
+from ..closing import closed_inside
+from ..errors import CosimError
+from ..fidelity import fit
+from ..fidelity.ladder import applied
+from ..scene import Scene, read
+from ..simulate import prepared, recorded
+from .norm import QUANTITIES
+
+__all__ = ["SOLVERS", "Solver"]
+
+
+class Solver(Protocol):
+    """Loads when made: (scene, overrides, times (n,) of the output [s], settings). work: what it took in units that no
+    machine changes, nan where nothing is counted."""
+
+    settings: ClassVar[tuple[str, ...]]
+    work: float
+
+    def ready(self) -> None:
+        """Back to the start, as if nothing had been run."""
+
+    def run(self, limit: float) -> None:
+        """To the stop time. limit [s] of CPU time, inf: not looked at. Raises CosimError."""
+
+    def result(self) -> xr.Dataset:
+        """Of the last run, with the output times among its times."""
+
+    def close(self) -> None: ...
+
+
+class CoSimulation:
+    """work: steps of all FMUs (fmi2DoStep), those that were taken back included."""
+
+    settings: ClassVar[tuple[str, ...]] = ("steps",)  # macro steps per output
+
+    def __init__(self, source: str, overrides: Sequence[str], times: np.ndarray, steps: int = 1) -> None:
+        self._load(read(source, [*overrides, f"coupling.macro_step={float(times[1] - times[0]) / steps}"]), times)
+
+    def _load(self, scene: Scene, times: np.ndarray) -> None:
+        self.scene = scene
+        self._times, self._open = times, contextlib.ExitStack()
+        self._ready = self._open.enter_context(prepared(self.scene))
+        master = self._ready.master
+        self._start = master.place()
+        self._open.callback(master.release, self._start)
+        master.save(self._start)
+        self._first, self._logs = master.observe(), []
+        self.work = 0.0
+        for slave in self._ready.slaves:  # while the first run is watched
+            slave.step = partial(self._counted, slave.step)
+
+    def ready(self) -> None:
+        for slave in self._ready.slaves:
+            vars(slave).pop("step", None)
+        self._ready.master.restart(self._start)
+
+    def run(self, limit: float) -> None:
+        watch = _watch(limit) if limit < np.inf else (lambda time: None)
+        self._logs = list(self._ready.steps(watch, self._times))
+
+    def result(self) -> xr.Dataset:
+        names = {m.name: recorded(m) for m in self.scene.members}
+        return results.collect(self.scene, names, self._first, self._logs, "complete")
+
+    def close(self) -> None:
+        self._open.close()
+
+    def _counted(self, step: Callable[[float, float], None], time: float, length: float) -> None:
+        self.work += 1
+        step(time, length)
+
+
+class Auto(CoSimulation):
+    """Models and macro step chosen by fit() for all that a chart's error is made of; the choice is part of loading."""
+
+    settings: ClassVar[tuple[str, ...]] = ("tolerance",)
+
+    def __init__(self, source: str, overrides: Sequence[str], times: np.ndarray, tolerance: float = 1e-3) -> None:
+        asked = [
+            f"fidelity.quantities={list(QUANTITIES)}",
+            f"fidelity.tolerance={tolerance}",
+            f"coupling.macro_step={float(times[1] - times[0])}",
+        ]
+        fitted = fit(read(source, [*overrides, *asked]))
+        self._load(applied(fitted.scene, fitted.found.choice), times)
+
+
+class Monolith:
+    """work: right-hand sides of the whole system."""
+
+    settings: ClassVar[tuple[str, ...]] = ("tolerance",)
+
+    def __init__(self, source: str, overrides: Sequence[str], times: np.ndarray, tolerance: float = 1e-8) -> None:
+        self.scene = closed_inside(read(source, overrides))
+        self._times, self._tolerance = times, tolerance
+        self._open = contextlib.ExitStack()
+        self._logs: list = []
+        self.work = 0.0
+        self._assemble()
+        rates = self._system.rates
+
+        def counted() -> np.ndarray:
+            self.work += 1
+            return rates()
+
+        self._system.rates = counted
+
+    def ready(self) -> None:
+        self._open.close()
+        self._assemble()
+
+    def run(self, limit: float) -> None:
+        watch = _watch(limit)
+        self._logs = monolith.logged(self.scene, self._system, self._tolerance, self._times, watch)
+
+    def result(self) -> xr.Dataset:
+        return monolith.result(self.scene, self._logs, self._tolerance)
+
+    def close(self) -> None:
+        self._open.close()
+
+    def _assemble(self) -> None:
+        self._system = self._open.enter_context(monolith.assembled(self.scene))
+
+
+class Reference:
+    """numpy and scipy alone. The limit is looked at afterwards."""
+
+    settings: ClassVar[tuple[str, ...]] = tuple(f.name for f in fields(reference.Resolution))
+    work = np.nan
+
+    def __init__(self, source: str, overrides: Sequence[str], times: np.ndarray, **resolution: Any) -> None:
+        self._solve = reference.prepared(read(source, overrides), reference.Resolution(**resolution), times)
+        self._result = xr.Dataset()
+
+    def ready(self) -> None: ...
+
+    def run(self, limit: float) -> None:
+        self._result = self._solve()
+
+    def result(self) -> xr.Dataset:
+        return self._result
+
+    def close(self) -> None: ...
+
+
+SOLVERS: dict[str, type[Solver]] = {
+    "cosimulation": CoSimulation,
+    "auto": Auto,
+    "monolith": Monolith,
+    "reference": Reference,
+}
+
+
+def _watch(limit: float) -> Callable[[float], None]:
+    """Raises CosimError when the CPU time from now on is used up."""
+    end = time.process_time() + limit
+
+    def look(now: float) -> None:
+        if time.process_time() > end:
+            raise CosimError(f"stopped at t = {now:.4g} s after {limit:g} s of CPU time")
+
+    return look

@@ -1,0 +1,85 @@
+"""tca-cosim chart: speed against accuracy."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.progress import Progress
+from rich.table import Table
+
+from .console import extra, out, reported, written
+from .options import Folder, Overrides
+from .workers import Workers, worker
+
+__all__ = ["command"]
+
+RELEASE = "release"
+
+
+def command(
+    scenes: Annotated[list[str], typer.Argument(metavar="SCENE...", help="Scenes, or `release`: the rods of others")],
+    override: Overrides = [],  # noqa: B006 (typer copies it)
+    folder: Folder = Path("results"),
+    repeats: Annotated[int, typer.Option(min=1, help="Rounds of all points, each point timed once in each")] = 7,
+    limit: Annotated[float, typer.Option(min=0.1, help="CPU time [s] after which a point has failed")] = 3.0,
+    panel: Annotated[list[str], typer.Option(help="Some panels only: solvers, integrators, coupling, levels")] = [],  # noqa: B006
+    series: Annotated[Path | None, typer.Option(help="A file of series; default: that of the package")] = None,
+    picture: Annotated[Path | None, typer.Option(help="Folder for the PNGs; default: where all else goes")] = None,
+    workers: Workers = 0,
+) -> None:
+    """Charts accuracy against speed (extra `chart`): errors against a refined monolith, CPU times of warm runs in one
+    thread, in rounds. Writes chart_NAME.png, .svg, .csv, .nc; the truths alone are spread over processes."""
+    with reported():
+        with extra("chart"):
+            from .. import chart, results
+        if RELEASE in scenes:
+            _release(folder, picture or folder, repeats)
+        names = [name for name in scenes if name != RELEASE]
+        file = {"file": series} if series else {}
+        with Progress(*Progress.get_default_columns(), console=out, transient=True) as bar:
+            task = bar.add_task("truths", total=2 * len(names))
+            known = chart.truth(names, override, worker=worker(None, workers, lambda _: bar.advance(task)), **file)
+            for name, truth in zip(names, known, strict=True):
+                task = bar.add_task(truth.scene.name, total=1.0)
+                move = lambda share, task=task: bar.update(task, completed=share)  # noqa: E731
+                table = chart.run(name, override, repeats, limit, panel, known=truth, progress=move, **file)
+                stem = f"chart_{truth.scene.name}"
+                results.write(table, folder / f"{stem}.nc")
+                chart.write_csv(table, folder / f"{stem}.csv")
+                figure = chart.picture.draw(table)
+                chart.picture.save(figure, picture or folder, stem, ("png",))
+                chart.picture.save(figure, folder, stem, ("svg",))
+                out.print(_fastest(truth.scene.name, table))
+                written(folder / f"{stem}.nc", ".csv", ".svg", (picture or folder) / f"{stem}.png")
+
+
+def _fastest(name: str, table) -> Table:
+    """Of every solver the fastest point that is exact enough."""
+    from ..chart import best
+    from ..chart.table import LEVELS
+
+    heads = ("error <=", "ours", "auto", "paper's", "monolith", "scipy", "scipy/ours")
+    shown = Table(*heads, title=f"{name}: fastest warm run, CPU time [ms]")
+    for level in LEVELS:
+        found = {solver: float(table["time"][k]) for solver, k in best(table, level).items()}
+        solvers = ("cosimulation", "auto", "paper's scheme", "monolith", "reference")
+        cells = [f"{1e3 * found[s]:.2f}" if s in found else "-" for s in solvers]
+        both = {"cosimulation", "reference"} <= set(found)
+        ratio = f"{found['reference'] / found['cosimulation']:.0f}" if both else "-"
+        shown.add_row(f"{level:g}", *cells, ratio)
+    return shown
+
+
+def _release(folder: Path, pictures: Path, repeats: int) -> None:
+    from .. import peers
+    from ..chart import picture
+    from ..chart.release import draw
+
+    rows, notes = peers.compare(repeats)
+    peers.write(rows, notes, folder / "chart_release.csv")
+    figure = draw(rows, notes)
+    picture.save(figure, pictures, "chart_release", ("png",))
+    picture.save(figure, folder, "chart_release", ("svg",))
+    written(folder / "chart_release.csv", ".svg", pictures / "chart_release.png")

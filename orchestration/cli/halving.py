@@ -1,0 +1,45 @@
+"""tca-cosim halving: the coupling's own error as macro steps are halved."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.progress import Progress
+from rich.table import Table
+
+from .console import extra, out, reported, written
+from .options import Folder, Overrides
+
+__all__ = ["command"]
+
+SHOWN = ("step", "difference", "order")
+
+
+def command(
+    scenes: Annotated[list[str], typer.Argument(metavar="SCENE...", help="Names of scenes or files")],
+    override: Overrides = [],  # noqa: B006 (typer copies it)
+    folder: Folder = Path("results"),
+    halvings: Annotated[int, typer.Option(min=1, max=16, help="At most; ends where 1e-9 of the range is met")] = 12,
+) -> None:
+    """The co-simulation against the monolith of the same models as macro steps are halved (extra `chart`); writes
+    halving_NAME.nc."""
+    with reported():
+        with extra("chart"):
+            from .. import chart, results
+        paths: list[Path] = []
+        shown = Table("scene", "macro step [s]", "difference, share of the range", "order")
+        with Progress(*Progress.get_default_columns(), console=out, transient=True) as bar:
+            for name in scenes:
+                task = bar.add_task(name, total=1.0)
+                found = chart.halving(
+                    name, override, halvings, lambda share, task=task: bar.update(task, completed=share)
+                )
+                paths.append(folder / f"halving_{found.attrs['scene']}.nc")
+                results.write(found, paths[-1])
+                for step, difference, order in zip(*(found[key].to_numpy() for key in SHOWN), strict=True):
+                    shown.add_row(found.attrs["scene"], f"{step:.6g}", f"{difference:.2e}", f"{order:.2f}")
+                shown.add_section()
+        out.print(shown)
+        written(*paths)

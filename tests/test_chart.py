@@ -1,0 +1,258 @@
+"""Charts of speed against accuracy: the norm and the front on known data, a small chart from end to end, the coupling's
+own error as macro steps are halved."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from test_cli import tca
+
+import orchestration
+from orchestration import chart, reference, results
+from orchestration.archive import kept
+from orchestration.chart.norm import Norm, front
+from orchestration.chart.series import plan
+from orchestration.chart.solvers import SOLVERS, CoSimulation
+from orchestration.chart.truth import output_times
+from orchestration.errors import CosimError
+from orchestration.scene import read
+
+SMALL = """
+outputs = 4
+[panels]
+all = "a small chart"
+[truth.coarse]
+set = ["thermal.tolerance=1e-5", "rod.order=2"]
+tolerance = 1e-6
+[truth.fine]
+set = ["thermal.tolerance=1e-6", "rod.order=3"]
+tolerance = 1e-8
+[[series]]
+name = "ours"
+panel = "all"
+set = ["rod.closure=inside"]
+sweep = { "rod.order" = [0, 2], steps = [1, 2] }
+[[series]]
+name = "iterated plainly"
+panel = "all"
+set = ["coupling.method=plain"]
+[[series]]
+name = "too slow"
+panel = "all"
+set = ["rod.dynamic=true", "rod.tolerance=1e-10", "rod.closure=inside"]
+sweep = { steps = [3000] }
+[[series]]
+name = "far off"
+panel = "all"
+set = ["thermal.tca.R=0.5"]
+[[series]]
+name = "monolith"
+panel = "all"
+solver = "monolith"
+[[series]]
+name = "scipy"
+panel = "all"
+solver = "reference"
+sweep = { edge = [0.3], heat_step = [0.5], shooting = [1e-4] }
+[[series]]
+name = "only of moving rods"
+panel = "all"
+scenes = "motion"
+"""
+
+
+def course(**quantities: np.ndarray) -> xr.Dataset:
+    times = np.array([0.0, 1.0, 2.0])
+    return xr.Dataset(
+        {name.replace("_", "."): (("time", "index2"), values) for name, values in quantities.items()}, {"time": times}
+    )
+
+
+# -- norm and front ----------------------------------------------------------------------------------------------------
+
+
+def test_the_norm_on_known_data() -> None:
+    """Temperatures range over 20 K, of the element that varies most; off by 2 K and 1 K at one time each."""
+    truth = course(
+        thermal_T=np.array([[300.0, 300.0], [310.0, 301.0], [320.0, 302.0]]), rod_delta=np.array([[1e-3, 0.0]] * 3)
+    )
+    run = course(
+        thermal_T=np.array([[9.0, 9.0], [312.0, 301.0], [320.0, 301.0]]), rod_delta=np.array([[2e-3, 0.0]] * 3)
+    )
+    norm = Norm.of(truth, truth["time"].to_numpy())
+    assert norm.ranges == {"thermal.T": 20.0}  # what rests is left out, and so is the start
+    assert norm.error(run) == pytest.approx(math.sqrt((0.1**2 + 0.05**2) / 4), rel=1e-12)
+    assert norm.axis() == "error: RMS over 2 times of T, each over its range [1]"
+    with pytest.raises(CosimError, match="no value at t = 1 s"):
+        norm.error(run.isel(time=[0, 2]))
+    with pytest.raises(CosimError, match="varies in this scene"):
+        Norm.of(truth.drop_vars("thermal.T"), truth["time"].to_numpy())
+
+
+def test_the_front_on_known_data() -> None:
+    errors = np.array([1e-1, 1e-2, 1e-2, 1e-3, 2e-3, np.inf, 1e-4])
+    costs = np.array([1.0, 2.0, 2.0, 4.0, 5.0, 0.1, np.nan])
+    np.testing.assert_array_equal(front(errors, costs), [True, True, True, True, False, False, False])
+
+
+def test_output_times_meet_the_jumps_where_they_can() -> None:
+    for name, count in (("step", 30), ("switch", 30), ("pulse", 50), ("jump", 30)):
+        times = output_times(orchestration.read(name), 30)
+        assert times.size == count + 1
+        assert times[-1] == orchestration.read(name).stop_time
+
+
+# -- series ------------------------------------------------------------------------------------------------------------
+
+
+def test_every_solver_has_a_series_and_every_scene_points_of_every_panel() -> None:
+    own = plan()
+    assert {series.solver for series in own.series} == set(SOLVERS)
+    for name in ("step", "drop"):
+        scene = orchestration.read(name)
+        trials = own.of(scene)
+        assert {trial.panel for trial in trials} == set(own.panels)
+        for trial in trials:
+            read(name, trial.overrides, kept)  # refuses what does not exist
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ('solver = "monolith"', 'solver = "monolit"', "did you mean 'monolith'"),
+        ('panel = "all"', 'panel = "al"', "did you mean 'all'"),
+        ("steps = [1, 2]", "steps = [1]", "one length"),
+        ("steps = [1, 2]", "step = [1, 2]", "did you mean 'steps'"),
+        ("[truth.coarse]", "[thruth.coarse]", "coarse"),
+        ("[panels]", "[panels", "cannot be read"),
+    ],
+)
+def test_mistakes_in_a_file_of_series_are_named(old: str, new: str, said: str, tmp_path: Path) -> None:
+    (tmp_path / "mine.toml").write_text(SMALL.replace(old, new, 1))
+    with pytest.raises(CosimError, match=said):
+        plan(tmp_path / "mine.toml")
+
+
+# -- a chart -----------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def small(tmp_path_factory: pytest.TempPathFactory) -> xr.Dataset:
+    file = tmp_path_factory.mktemp("chart") / "small.toml"
+    file.write_text(SMALL)
+    return chart.run("step", ["stop_time=2"], repeats=3, limit=0.5, file=file)
+
+
+def test_every_point_is_in_the_table_with_its_settings(small: xr.Dataset) -> None:
+    names = ["ours", "ours", "iterated plainly", "too slow", "far off", "monolith", "scipy"]
+    assert small["series"].to_numpy().tolist() == names
+    assert small["settings"][1] == "rod.closure=inside, rod.order=2, steps=2"
+    good = np.array([name in ("ours", "monolith", "scipy") for name in names])
+    np.testing.assert_array_equal(np.isfinite(small["error"]), good)
+    np.testing.assert_array_equal(small["runs"], np.where(good, 3, 0))
+    assert bool((small["cold"] > 0).all())
+    assert bool((small["time_low"][good] <= small["time"][good]).all())
+    assert bool((small["time"][good] <= small["time_high"][good]).all())
+    assert small["work"][:2].to_numpy().tolist() == [2 * 4, 2 * 8]  # two FMUs
+    for key in ("commit", "machine", "versions", "fmus", "sources", "axis", "truth", "floor", "status"):
+        assert key in small.attrs
+    assert set(json.loads(small.attrs["fmus"])) == {"thermal", "rod"}
+    assert 0.0 < small.attrs["floor"] < 1e-3
+    assert float(small["error"][1]) < 1e-3
+    assert float(small["error"][6]) < 0.1
+
+
+def test_failures_say_why(small: xr.Dataset) -> None:
+    said = dict(zip(small["series"].to_numpy().tolist(), small["failure"].to_numpy().tolist(), strict=True))
+    assert said["ours"] == said["scipy"] == ""
+    assert "coupling failed" in said["iterated plainly"]
+    assert "stopped at t =" in said["too slow"]
+    assert "of the range" in said["far off"]
+
+
+def test_failures_are_drawn_at_the_edge(small: xr.Dataset) -> None:
+    above = chart.picture.draw(small).axes[0]
+    crosses = [line for line in above.lines if line.get_marker() == "x"]
+    assert len(crosses) == 3
+    right = above.get_xlim()[1]
+    assert all(right / 10 < x < right for line in crosses for x in line.get_xdata())
+
+
+def test_the_table_is_written_whole(small: xr.Dataset, tmp_path: Path) -> None:
+    chart.write_csv(small, tmp_path / "there" / "small.csv")
+    lines = (tmp_path / "there" / "small.csv").read_text().splitlines()
+    rows = list(csv.DictReader(line for line in lines if not line.startswith("# ")))
+    assert [float(row["error [1]"]) for row in rows] == small["error"].to_numpy().tolist()
+    assert {"time [s]", "cold [s]", "settings [1]", "failure [1]", "work [1]", "front [1]"} <= set(rows[0])
+    results.write(small, tmp_path / "small.nc")
+    xr.testing.assert_equal(results.read(tmp_path / "small.nc")["error"], small["error"])
+
+
+def test_the_best_of_each_solver(small: xr.Dataset) -> None:
+    found = chart.best(small, 0.1)
+    assert set(found) == {"cosimulation", "monolith", "reference"}
+    times = small["time"].to_numpy()
+    assert times[found["cosimulation"]] == np.nanmin(times[:2])
+    assert chart.best(small, 0.0) == {}
+
+
+def test_a_run_begun_again_is_the_same() -> None:
+    times = np.linspace(0.0, 1.0, 5)
+    solver = CoSimulation("step", ["stop_time=1"], times, steps=2)
+    solver.run(math.inf)
+    first, work = solver.result(), solver.work
+    solver.ready()
+    solver.run(math.inf)
+    again = solver.result()
+    xr.testing.assert_identical(first, again)
+    assert solver.work == work >= 16  # counted once
+    solver.close()
+
+
+# -- coupling and reference --------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("scene", "overrides", "order"),
+    [("sine", ["stop_time=6"], 4), ("tap", ["stop_time=0.1", "rod.order=1"], 4), ("push", [], None)],
+)
+def test_the_coupling_error_falls_to_1e9_of_the_range(scene: str, overrides: list[str], order: int | None) -> None:
+    """What the voltages and loads do within a step is a cubic to the FMUs; where it is one, no error is left."""
+    found = chart.halving(scene, overrides)
+    assert found["difference"][-1] <= 1e-9
+    if order is None:
+        assert found.sizes["step"] == 2
+    else:
+        assert found["order"][-2:].to_numpy() == pytest.approx([order] * 2, abs=0.3)
+
+
+def test_co_simulation_meets_the_reference_on_drop() -> None:
+    """Refined both: 1e-4 of the length."""
+    scene = orchestration.read("drop", ["stop_time=0.2", "rod.order=5"])
+    fine = reference.Resolution(elements=2, degree=4, rtol=1e-4)
+    found = {gap.name: gap for gap in reference.compare(orchestration.run(scene), reference.run(scene, fine))}
+    assert found["rod.tip.p"].most < 1e-4 * 0.04 < 1e-3 * found["rod.tip.p"].span
+    assert found["rod.delta"].most < 1e-6
+    assert found["thermal.T"].most < 5e-3
+
+
+def test_command(tmp_path: Path) -> None:
+    (tmp_path / "small.toml").write_text(SMALL)
+    short = ["--set", "stop_time=1", "--out", "there"]
+    done = tca("chart", "step", *short, "--repeats", "1", "--limit", "0.3", "--series", "small.toml", folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "scipy/ours" in done.stdout
+    names = {f"chart_step.{ending}" for ending in ("png", "svg", "csv", "nc")}
+    assert {file.name for file in (tmp_path / "there").iterdir()} == names
+    done = tca("halving", "step", *short, folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "there" / "halving_step.nc").is_file()
+    done = tca("chart", "step", "--panel", "solver", folder=tmp_path)
+    assert done.returncode == 2
+    assert "did you mean 'solvers'" in done.stderr
