@@ -19,5 +19,5 @@ def save(
     paths = [folder / f"{name}.{ending}" for ending in endings]
     for path in paths:
         with whole(path) as draft:
-            figure.savefig(draft, dpi=110)
+            figure.savefig(draft, dpi=dpi)
     return paths

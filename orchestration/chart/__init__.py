@@ -5,7 +5,7 @@ are those of warm runs in one thread, in rounds. Which points there are is data:
 
     from orchestration import chart
     table = chart.run("step", repeats=7)
-    chart.picture.save(chart.picture.draw(table), folder, "chart_step")
+    figures.save(chart.picture.draw(table), folder, "chart_step")
 """
 
 from __future__ import annotations

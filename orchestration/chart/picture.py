@@ -4,8 +4,6 @@ per panel. The best are at the lower left."""
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 import xarray as xr
@@ -13,9 +11,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-__all__ = ["draw", "save"]
+__all__ = ["COLOURS", "DPI", "FAILED", "MARKERS", "draw"]
 
-ENDINGS = ("png", "svg")
+DPI = 90  # of the pictures: wide ones
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#7f7f7f", "#000000")  # Okabe, Ito
 MARKERS = "osD^vP*X"
 FAILED = "#d62728"
@@ -50,15 +48,6 @@ def draw(dataset: xr.Dataset) -> Figure:
     figure.supxlabel(_below(dataset), fontsize=9)
     figure.suptitle(dataset.attrs["title"], fontsize=13)
     return figure
-
-
-def save(figure: Figure, folder: Path, name: str, endings: Sequence[str] = ENDINGS) -> list[Path]:
-    """The files written."""
-    folder.mkdir(parents=True, exist_ok=True)
-    paths = [folder / f"{name}.{ending}" for ending in endings]
-    for path in paths:
-        figure.savefig(path, dpi=90)
-    return paths
 
 
 def _limits(dataset: xr.Dataset, axes: Axes) -> float:

@@ -6,9 +6,12 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
+import xarray as xr
+from matplotlib.figure import Figure
 from rich.progress import Progress
 from rich.table import Table
 
+from ..figures import save
 from .console import extra, out, reported, written
 from .options import Folder, Overrides
 from .workers import Workers, worker
@@ -35,7 +38,7 @@ def command(
         with extra("chart"):
             from .. import chart, results
         if RELEASE in scenes:
-            _release(folder, picture or folder, repeats)
+            _release(folder, picture, repeats)
         names = [name for name in scenes if name != RELEASE]
         file = {"file": series} if series else {}
         with Progress(*Progress.get_default_columns(), console=out, transient=True) as bar:
@@ -48,14 +51,18 @@ def command(
                 stem = f"chart_{truth.scene.name}"
                 results.write(table, folder / f"{stem}.nc")
                 chart.write_csv(table, folder / f"{stem}.csv")
-                figure = chart.picture.draw(table)
-                chart.picture.save(figure, picture or folder, stem, ("png",))
-                chart.picture.save(figure, folder, stem, ("svg",))
                 out.print(_fastest(truth.scene.name, table))
-                written(folder / f"{stem}.nc", ".csv", ".svg", (picture or folder) / f"{stem}.png")
+                written(folder / f"{stem}.nc", ".csv", *_drawn(chart.picture.draw(table), folder, picture, stem))
 
 
-def _fastest(name: str, table) -> Table:
+def _drawn(figure: Figure, folder: Path, pictures: Path | None, stem: str) -> list[Path]:
+    """The files: SVG beside the table, PNG there too or in a folder of pictures."""
+    from ..chart.picture import DPI
+
+    return [*save(figure, folder, stem, ("svg",)), *save(figure, pictures or folder, stem, ("png",), DPI)]
+
+
+def _fastest(name: str, table: xr.Dataset) -> Table:
     """Of every solver the fastest point that is exact enough."""
     from ..chart import best
     from ..chart.table import LEVELS
@@ -72,14 +79,10 @@ def _fastest(name: str, table) -> Table:
     return shown
 
 
-def _release(folder: Path, pictures: Path, repeats: int) -> None:
+def _release(folder: Path, pictures: Path | None, repeats: int) -> None:
     from .. import peers
-    from ..chart import picture
     from ..chart.release import draw
 
     rows, notes = peers.compare(repeats)
     peers.write(rows, notes, folder / "chart_release.csv")
-    figure = draw(rows, notes)
-    picture.save(figure, pictures, "chart_release", ("png",))
-    picture.save(figure, folder, "chart_release", ("svg",))
-    written(folder / "chart_release.csv", ".svg", pictures / "chart_release.png")
+    written(folder / "chart_release.csv", *_drawn(draw(rows, notes), folder, pictures, "chart_release"))
