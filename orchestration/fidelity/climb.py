@@ -51,7 +51,7 @@ def climb(runs: Runs, ladder: Ladder, choice: Choice, tolerance: float, stop: fl
         if estimate <= allowed:
             return choice
         gaps = _gaps(runs, ladder, choice, stop)
-        able = {a.name: gaps[a.name] for a in ladder if choice[a.name] < len(a.rungs) - 1 and gaps[a.name] > 0.0}
+        able = {a.name: gaps[a.name] for a in ladder if choice[a.name] < a.last and gaps[a.name] > 0.0}
         if not able:
             raise CosimError(
                 f"{runs.scene.name}: no level meets the tolerance {tolerance:g}: even the finest is estimated to be "
@@ -100,6 +100,6 @@ def _as_still(fine: Choice, choice: Choice) -> Choice:
 def _raised(runs: Runs, axis: Axis, choice: Choice, fine: Choice, allowed: float, stop: float) -> int:
     """The next rung that adds little enough; of those below the fine one."""
     rung = choice[axis.name] + 1
-    while rung < fine[axis.name] and runs.gap({**fine, axis.name: rung}, fine, stop) > allowed:
+    while rung < min(fine[axis.name], axis.last) and runs.gap({**fine, axis.name: rung}, fine, stop) > allowed:
         rung += 1
     return rung

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from ..archive import kept
 from ..closing import closed_inside
 from ..scene import Coupling, Member, Scene
+from .symmetry import plane
 
 __all__ = ["Axis", "Choice", "Ladder", "applied", "ladder", "settings"]
 
@@ -20,13 +21,20 @@ Choice = Mapping[str, int]  # axis -> rung
 class Axis:
     """rungs: the settings of each, from the least model to the most. term: of the error budget. model: of the FMU that
     they belong to, by its name; None: the master. compared: how many rungs further the model is that shows what this
-    one lacks (math.inf: the last rung)."""
+    one lacks (math.inf: the last rung). complete: the last rung lacks nothing; where it may, it is there for
+    comparison only."""
 
     name: str
     term: str
     model: str | None
     rungs: tuple[Mapping[str, Value], ...]
     compared: float = 1
+    complete: bool = False
+
+    @property
+    def last(self) -> int:
+        """The highest rung that can be chosen."""
+        return len(self.rungs) - (1 if self.complete else 2)
 
     def above(self, rung: int) -> int:
         return int(min(rung + self.compared, len(self.rungs) - 1))
@@ -35,12 +43,13 @@ class Axis:
 Ladder = tuple[Axis, ...]
 
 _TOLERANCES = tuple(10.0**-k for k in range(1, 11))
+_HEAT = (1e-3, 1e-5, 1e-6, 1e-7, 1e-8)  # the mesh is the same from 1e-2 to 1e-4, so nothing would show between them
 _AXES: Ladder = (
     Axis(
         "heat",
         "space",
         "thermal",
-        ({"level": "lumped"}, *({"level": "reduced", "tolerance": t} for t in _TOLERANCES if t >= 1e-8)),
+        ({"level": "lumped"}, *({"level": "reduced", "tolerance": t} for t in _HEAT)),
     ),
     # Against all strains: twist alone shows nothing where bending goes with shear.
     Axis(
@@ -49,8 +58,9 @@ _AXES: Ladder = (
         "rod",
         tuple({"strains": s} for s in ("bending", "extensible", "kirchhoff", "cosserat")),
         math.inf,
+        complete=True,
     ),
-    Axis("inertia", "model", "rod", ({"dynamic": False}, {"dynamic": True})),
+    Axis("inertia", "model", "rod", ({"dynamic": False}, {"dynamic": True}), complete=True),
     # Two orders further: one more may show nothing where shapes are symmetric.
     Axis("order", "space", "rod", tuple({"order": n} for n in range(8)), 2),
     Axis("step", "time", "rod", tuple({"tolerance": t} for t in _TOLERANCES)),
@@ -62,9 +72,13 @@ _FIXED: dict[str, Mapping[str, Value]] = {"rod": {"method": "rosenbrock"}}
 
 def ladder(scene: Scene) -> Ladder:
     """The axes that the scene's FMUs have."""
+    axes = list(_AXES)
+    if (azimuth := plane(scene)) is not None:
+        planar = ({"planar": True, "plane": azimuth}, {"planar": False, "plane": azimuth})
+        axes.insert(2, Axis("plane", "model", "rod", planar, complete=True))
     return tuple(
         axis
-        for axis in _AXES
+        for axis in axes
         if axis.model is None
         or ((member := scene.model(axis.model)) and all(k in member.archive.variables for k in axis.rungs[-1]))
     )

@@ -21,6 +21,7 @@ from ..signals import Constant, Impulse, Ramps, Signal, Sine, Steps
 
 __all__ = ["Numbers", "duration", "envelope", "numbers", "residual"]
 
+_INSTANT = 1e-9  # [s]
 _CLAMPED_FREE = 1.8751040687119611  # first root of cos x cosh x = -1
 
 
@@ -129,13 +130,12 @@ def _heating(thermal: Member, signal: Signal) -> float:
     if not any(signal.extremes):
         return math.inf
     through = _real(thermal, "tca.outer_radius") ** 2 * _real(thermal, "tca.rho_c") / _real(thermal, "tca.k")
-    own = duration(signal)
-    return max(through, own) if math.isfinite(own) else through
+    return through if signal.polynomial(0.0, _INSTANT)[0] else max(through, duration(signal))
 
 
 def _loading(rod: Member, signal: Signal) -> float:
     """A load that is there from the start is a jump for a rod that starts straight."""
-    start = signal.polynomial(0.0, 1e-9)[0]
+    start = signal.polynomial(0.0, _INSTANT)[0]
     return 0.0 if start and not rod.value("start_at_equilibrium") else duration(signal)
 
 
