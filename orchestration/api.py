@@ -22,7 +22,7 @@ Overrides = Sequence[str] | Mapping[str, Any]
 def read(source: str | Path, overrides: Overrides = ()) -> Scene:
     """A scene, checked against its FMUs and ready to run.
 
-    source: the name of one that comes with the package (titles()), or a .toml file.
+    source: the name of one that comes with the package (titles()), or a .toml or .ssp file.
     overrides: what is set otherwise than there, as {"thermal.V": [0, "2 V", 3], "rod.order": 2} or ["rod.order=2"];
     numbers are in the variable's own unit, texts carry one.
 

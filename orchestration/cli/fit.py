@@ -18,7 +18,7 @@ __all__ = ["command", "explain"]
 
 
 def command(
-    scenes: Annotated[list[str], typer.Argument(metavar="SCENE...", help="Names (tca-cosim list) or .toml files")],
+    scenes: Annotated[list[str], typer.Argument(metavar="SCENE...", help="Names (tca-cosim list) or files")],
     tolerances: Annotated[
         list[str],
         typer.Option("--tolerance", help="Error allowed, share of the range; default: what the scene asks"),

@@ -16,7 +16,7 @@ from .console import run
 
 __all__ = ["From", "MaybeScene", "shown"]
 
-MaybeScene = Annotated[str | None, typer.Argument(metavar="SCENE", help="Name of a scene or a .toml file; it is run")]
+MaybeScene = Annotated[str | None, typer.Argument(metavar="SCENE", help="Name or file of a scene, which is run")]
 From = Annotated[Path | None, typer.Option("--from", metavar="RESULT.nc", help="Shows this result instead")]
 
 

@@ -25,7 +25,7 @@ __all__ = ["KEYS", "Plan", "Settings", "read"]
 
 KEYS = {
     "title": "one line of text",
-    "scene": "name of a scene, or a .toml file (from the folder of the sweep)",
+    "scene": "name of a scene, or a .toml or .ssp file (also from the folder of the sweep)",
     "set": "list of 'key=value' that hold in all runs",
     "outputs": "list of vectors or variables to keep, such as 'rod.tip.p'",
     "quantiles": "list of shares between 0 and 1; default: 0.05, 0.25, 0.5, 0.75, 0.95",
