@@ -55,6 +55,8 @@ struct Parameters {
   double T_0 = 298.15;                 // K, the temperature of zero stroke
   Closure closure = Closure::inside;
   Strains strains = Strains::cosserat;
+  bool planar = false;   // motion in the plane through the axis at this azimuth alone
+  double plane = 0.0;    // rad
   int order = 4;         // degree of the strain polynomials
   int grid_points = 21;  // of the method pade_euler
   bool dynamic = true;
@@ -93,7 +95,9 @@ struct Outputs {
   std::array<double, 4> tip_quaternion{1, 0, 0, 0};  // scalar first
   Triple tip_v{};                                    // m/s
   double energy_elastic = 0, energy_tca = 0, energy_kinetic = 0, energy_gravity = 0, energy_dissipated = 0;  // J
-  std::array<Triple, shape_stations> shape{};                                                                // m
+  double out_of_plane = 0;                     // 1, largest strain that a planar rod's forces
+                                               // across its plane would cause
+  std::array<Triple, shape_stations> shape{};  // m
 };
 
 struct Data {

@@ -32,7 +32,7 @@ class Engine {
   }
 
   // Memory as continuous states and back, for engines that integrate differential equations: strains in the order of
-  // Rod::place, their rates likewise, heat of the damping. What this rod lacks is left alone.
+  // Rod::to_states, their rates likewise, heat of the damping. What this rod lacks is left alone.
   virtual void get_states(std::span<double> /*memory*/, std::span<double> /*x*/) const {}
   virtual void set_states(std::span<double> /*memory*/, std::span<const double> /*x*/) const {}
   /// Time derivatives of the states; memory stays as it is. False: there are none that are finite.

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 
 #include "field.hpp"
 
@@ -33,22 +34,37 @@ struct Fastest<kernel> {
 template <auto kernel>
 inline constexpr auto fastest = &Fastest<kernel>::run;
 
-/// out_k = sum_j table[j][k] in_j for each component. In place is allowed.
-ROD_INLINE void integrate(const std::array<Lane, nodes>& table, const Field& in, Field& out) {
-  Pack x[packs] = {}, y[packs] = {}, z[packs] = {};
-  for (int j = 0; j < nodes; ++j) {
-    const Vec3 value = in.at(j);
-    for (int p = 0; p < packs; ++p) {
+/// A vector at every node of a kernel's own, with the components that V has.
+template <class V, std::size_t packs>
+using Along = std::array<V, packs>;
+
+ROD_INLINE Pack root(const Pack& square) {
+  return Pack{std::sqrt(square[0]), std::sqrt(square[1]), std::sqrt(square[2]), std::sqrt(square[3])};
+}
+
+namespace detail {
+ROD_INLINE double at(const Pack& a, int k) { return a[k]; }
+ROD_INLINE Zero at(Zero, int) { return {}; }
+}  // namespace detail
+
+/// sum_j table[j][k] f_j at every node k, for each component.
+template <class V, std::size_t packs>
+ROD_INLINE Along<V, packs> integral(const std::array<Lane, most_nodes>& table, const Along<V, packs>& f) {
+  Along<V, packs> sum{};
+  for (int j = 0; j < static_cast<int>(packs) * pack_size; ++j) {
+    const V& source = f[j / pack_size];
+    const int k = j % pack_size;
+    const Triad value{detail::at(source.x, k), detail::at(source.y, k), detail::at(source.z, k)};
+    for (std::size_t p = 0; p < packs; ++p) {
       const Pack weight = table.data()[j].pack[p];
-      x[p] += weight * value.x;
-      y[p] += weight * value.y;
-      z[p] += weight * value.z;
+      sum[p] = {sum[p].x + weight * value.x, sum[p].y + weight * value.y, sum[p].z + weight * value.z};
     }
   }
-  for (int p = 0; p < packs; ++p) out.set(p, {x[p], y[p], z[p]});
+  return sum;
 }
 
 /// Sum of products over the nodes, in a fixed order.
+template <int packs = most_packs>
 ROD_INLINE double total(const Lane& w, const Lane& f) {
   Pack sum = {};
   for (int p = 0; p < packs; ++p) sum += w.pack[p] * f.pack[p];

@@ -20,6 +20,14 @@ Loads collect(const Inputs& u, Evaluate at) {
 
 }  // namespace
 
+Loads Frame::in(const Loads& loads) const {
+  Loads turned = loads;
+  turned.gravity = in(loads.gravity);
+  turned.tip_force = in(loads.tip_force);
+  turned.tip_moment = in(loads.tip_moment);
+  return turned;
+}
+
 Loads loads_at(const Inputs& u, double elapsed) {
   return collect(u, [elapsed](const Polynomial& p) { return value(p, elapsed); });
 }

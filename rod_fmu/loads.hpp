@@ -14,6 +14,14 @@ struct Loads {
   PerTca<double> delta_guess{};  // m
 };
 
+/// A frame turned about the rod's axis.
+struct Frame {
+  double cosine = 1.0, sine = 0.0;
+  Vec3 in(const Vec3& a) const { return {cosine * a.x + sine * a.y, cosine * a.y - sine * a.x, a.z}; }
+  Vec3 out(const Vec3& a) const { return {cosine * a.x - sine * a.y, cosine * a.y + sine * a.x, a.z}; }
+  Loads in(const Loads& loads) const;
+};
+
 /// Inputs as they are `elapsed` seconds into the step, and their rates there.
 Loads loads_at(const Inputs& u, double elapsed);
 Loads load_rates_at(const Inputs& u, double elapsed);

@@ -13,8 +13,8 @@ void legendre_values(double x, int count, double* values) {
 namespace {
 
 /// Roots of P_nodes by Newton's method from the Chebyshev guess, ascending in (-1, 1), with their weights.
-void gauss_legendre(Lane& x, Lane& w) {
-  std::array<double, nodes + 1> p;
+void gauss_legendre(int nodes, Lane& x, Lane& w) {
+  std::array<double, most_nodes + 1> p;
   for (int k = 0; k < nodes; ++k) {
     double root = -std::cos(std::numbers::pi * (k + 0.75) / (nodes + 0.5));
     double slope = 0.0;
@@ -30,10 +30,10 @@ void gauss_legendre(Lane& x, Lane& w) {
   }
 }
 
-/// int_{-1}^{x} of the Lagrange polynomial of node j, through its Legendre series: with l_j = sum_a c_a P_a,
-/// c_a = (2a+1)/2 w_j P_a(x_j) (exact on Gauss points) and int_{-1}^{x} P_a = (P_{a+1}(x) - P_{a-1}(x))/(2a+1).
-double lagrange_integral(double node, double weight, double x) {
-  std::array<double, nodes + 1> at_node, at_x;
+/// int_{-1}^{x} of the Lagrange polynomial of node j, through its Legendre series: with l_j = sum_a c_a P_a, c_a =
+/// (2a+1)/2 w_j P_a(x_j) (exact on Gauss points) and int_{-1}^{x} P_a = (P_{a+1}(x) - P_{a-1}(x))/(2a+1).
+double lagrange_integral(int nodes, double node, double weight, double x) {
+  std::array<double, most_nodes + 1> at_node, at_x;
   legendre_values(node, nodes + 1, at_node.data());
   legendre_values(x, nodes + 1, at_x.data());
   double sum = 0.5 * weight * (x + 1.0);
@@ -43,25 +43,34 @@ double lagrange_integral(double node, double weight, double x) {
 
 }  // namespace
 
-Quadrature::Quadrature() {
+Quadrature::Quadrature(int packs)
+    : packs(packs),
+      nodes(packs * pack_size),
+      pieces(pieces_of(packs)),
+      intervals(pieces * (nodes + 1)),
+      interval_packs(interval_packs_of(packs)) {
   Lane x, weight;
-  gauss_legendre(x, weight);
+  gauss_legendre(nodes, x, weight);
   for (int k = 0; k < nodes; ++k) {
     s[k] = 0.5 * (1.0 + x[k]);
     w[k] = 0.5 * weight[k];
   }
   for (int j = 0; j < nodes; ++j) {
-    for (int k = 0; k < nodes; ++k) forward[j][k] = 0.5 * lagrange_integral(x[j], weight[j], x[k]);
+    for (int k = 0; k < nodes; ++k) forward[j][k] = 0.5 * lagrange_integral(nodes, x[j], weight[j], x[k]);
     for (std::size_t m = 0; m < shape_stations; ++m)
-      stations[m][j] = 0.5 * lagrange_integral(x[j], weight[j], 2.0 * m / (shape_stations - 1) - 1.0);
+      stations[m][j] = 0.5 * lagrange_integral(nodes, x[j], weight[j], 2.0 * m / (shape_stations - 1) - 1.0);
   }
   for (int k = 0; k < nodes; ++k)
     for (int j = 0; j < nodes; ++j) adjoint[k][j] = w[k] * forward[j][k] / w[j];
 
-  std::array<double, max_terms> values;
+  std::array<double, max_terms + 1> values;
   for (int k = 0; k < nodes; ++k) {
-    legendre_values(x[k], max_terms, values.data());
-    for (int a = 0; a < max_terms; ++a) legendre[a][k] = values[a];
+    legendre_values(x[k], max_terms + 1, values.data());
+    for (int a = 0; a < max_terms; ++a) {
+      legendre[a][k] = values[a];
+      moment[a][k] = w[k] * values[a];
+      turned[a][k] = a == 0 ? s[k] : (values[a + 1] - values[a - 1]) / (2.0 * (2 * a + 1));
+    }
   }
   const double gauss_3[points] = {-std::sqrt(0.6), 0.0, std::sqrt(0.6)};
   for (int e = 0; e < intervals; ++e) {
@@ -76,9 +85,9 @@ Quadrature::Quadrature() {
   }
 }
 
-const Quadrature& quadrature() {
-  static const Quadrature table;
-  return table;
+const Quadrature& quadrature(int order) {
+  static const std::array<Quadrature, 3> tables{Quadrature(3), Quadrature(4), Quadrature(5)};
+  return tables[order < 4 ? 0 : order == 4 ? 1 : 2];
 }
 
 }  // namespace rod

@@ -1,12 +1,12 @@
-// Construction and the residual. Sources: Boyer et al. (2021) and Mathew et al. (2023) for strain-parametrised rods;
-// the integrals in the fixed frame (omega' = R kappa., p.' = omega x p' + R lambda.) replace their recursions on SE(3).
+// Construction, and what surrounds the loops over nodes: the TCAs' law, the body's stiffness and damping.
 #include "rod.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "kernel.hpp"
-#include "rotations.hpp"
+#include "polynomials.hpp"
 
 namespace rod {
 
@@ -26,6 +26,18 @@ Section Section::of(const Parameters& p) {
           .reference = {curvature[0], curvature[1], curvature[2], 0.0, 0.0, 1.0}};
 }
 
+Section Section::seen_from(const Frame& frame) const {
+  Section out = *this;
+  for (int first : {0, 3}) {  // in a principal plane these are the values themselves
+    const double c2 = frame.cosine * frame.cosine, s2 = frame.sine * frame.sine;
+    out.stiffness[first] = c2 * stiffness[first] + s2 * stiffness[first + 1];
+    out.stiffness[first + 1] = s2 * stiffness[first] + c2 * stiffness[first + 1];
+    const Vec3 turned = frame.in(Vec3{reference[first], reference[first + 1], reference[first + 2]});
+    out.reference[first] = turned.x, out.reference[first + 1] = turned.y;
+  }
+  return out;
+}
+
 namespace {
 
 std::vector<int> components_of(Strains strains) {
@@ -42,225 +54,142 @@ std::vector<int> components_of(Strains strains) {
   return {0, 1, 2, 3, 4, 5};
 }
 
+bool leaves_plane(int c) { return c == 0 || c == 2 || c == 4; }
+
 }  // namespace
 
-Rod::Rod(const Parameters& p, const Section& section)
-    : length_(p.body_length),
-      terms_(p.order + 1),
-      components_(components_of(p.strains)),
-      section_(section),
+Rod::Rod(const Parameters& p, const Section& given)
+    : frame_(p.planar ? Frame{std::cos(p.plane), std::sin(p.plane)} : Frame{}),
+      section_(given.seen_from(frame_)),
       law_(p),
       closure_(p.closure) {
-  const Quadrature& grid = quadrature();
+  const Quadrature& grid = quadrature(p.order);
+  const auto& reference = section_.reference;
+  build_.grid = &grid;
+  build_.planar = p.planar;
+  build_.length = p.body_length;
+  build_.mass = section_.mass;
+  build_.inertia = section_.inertia;
+  build_.kappa = p.body_length * Vec3{reference[0], reference[1], reference[2]};
+  build_.lambda = {reference[3], reference[4], reference[5]};
+  build_.terms = p.order + 1;
+  for (int c : components_of(p.strains)) (p.planar && leaves_plane(c) ? left_out_ : components_).push_back(c);
+  build_.count = static_cast<int>(components_.size());
+  std::ranges::copy(components_, build_.components.begin());
+
   stiffness_.resize(unknowns());
   int at = 0;
-  for (int a = 0; a < terms_; ++a)
-    for (int c : components_)  // int P_a^2 = 1/(2a + 1); curvatures are kept times L
-      stiffness_[at++] = section.stiffness[c] * (c < 3 ? 1.0 / length_ : length_) / (2 * a + 1);
-  damping_ = section.retardation * stiffness_;
+  for (int a = 0; a < build_.terms; ++a)
+    for (int c : components_) stiffness_[at++] = stiffness_per_strain(c) / (2 * a + 1);  // int P_a^2 = 1/(2a + 1)
+  damping_ = section_.retardation * stiffness_;
 
-  for (std::size_t i = 0; i < tca_count; ++i) {
-    Lane lengths;
-    for (int k = 0; k < nodes; ++k) {
-      const double angle = p.tca_azimuth[i] + p.tca_helix[i] * length_ * grid.s[k];
-      const Vec3 direction{std::cos(angle), std::sin(angle), 0.0};
-      const Vec3 r = (p.tca_offset / length_) * direction;
+  for (std::size_t i = 0; i < tca_count; ++i)
+    for (int k = 0; k < grid.nodes; ++k) {
+      const double angle = p.tca_azimuth[i] + p.tca_helix[i] * p.body_length * grid.s[k];
+      const Vec3 direction = frame_.in(Vec3{std::cos(angle), std::sin(angle), 0.0});
+      const Vec3 r = (p.tca_offset / p.body_length) * direction;
       const Vec3 slope = (p.tca_helix[i] * p.tca_offset) * Vec3{-direction.y, direction.x, 0.0};
-      offset_[i].put(k, r);
-      slope_[i].put(k, slope);
-      const Vec3 kappa = length_ * Vec3{section.reference[0], section.reference[1], section.reference[2]};
-      const Vec3 lambda{section.reference[3], section.reference[4], section.reference[5]};
-      const Vec3 u = lambda + cross(kappa, r) + slope;
-      lengths[k] = std::sqrt(dot(u, u));
+      build_.offset[i].put(k, r);
+      build_.slope[i].put(k, slope);
+      const Vec3 u = build_.lambda + cross(build_.kappa, r) + slope;
+      reference_path_[i] += grid.w[k] * std::sqrt(dot(u, u));
     }
-    reference_length_[i] = total(grid.w, lengths);
-  }
+  residual_ = residual_loop(build_);
+  tangent_ = tangent_loop(build_);
+  rates_ = rate_loop(build_);
 }
 
 double Rod::first_frequency() const {
   const double EI = std::min(section_.stiffness[0], section_.stiffness[1]);
-  return 3.516 * std::sqrt(EI / section_.mass) / (length_ * length_);
-}
-
-void Rod::expand(const double* coefficients, Strain& strain) const {
-  const Quadrature& grid = quadrature();
-  strain = Strain{};
-  for (int a = 0; a < terms_; ++a)
-    for (int c : components_) {
-      Lane& out = lane(c < 3 ? strain.kappa : strain.lambda, c % 3);
-      const double factor = *coefficients++;
-      for (int p = 0; p < packs; ++p) out.pack[p] += factor * grid.legendre[a].pack[p];
-    }
-}
-
-void Rod::rotations(const double* q, Work& work) const {
-  const Quadrature& grid = quadrature();
-  IntervalCurvature kappa;
-  for (int g = 0; g < points; ++g)
-    for (int c = 0; c < 3; ++c)
-      for (int p = 0; p < interval_packs; ++p) kappa[g][c].pack[p] = Pack{} + length_ * section_.reference[c];
-  for (int a = 0; a < terms_; ++a)
-    for (int c : components_) {
-      const double factor = *q++;
-      if (c < 3)
-        for (int g = 0; g < points; ++g)
-          for (int p = 0; p < interval_packs; ++p) kappa[g][c].pack[p] += factor * grid.legendre_between[a][g].pack[p];
-    }
-  work.tip_quaternion = rotate_along(kappa, work.R);
-}
-
-namespace {
-
-/// u_i, its direction and arm at all nodes; returns |u_i|.
-ROD_INLINE void tca_geometry(const Field& kappa, const Field& lambda, const Field& offset, const Field& slope,
-                             Lane& length, Lane& inverse, Field& t, Field& arm) {
-  for (int p = 0; p < packs; ++p) {
-    const Triad<Pack> u = lambda[p] + cross(kappa[p], offset[p]) + slope[p];
-    const Pack square = dot(u, u);
-    for (int k = 0; k < pack_size; ++k) length.pack[p][k] = std::sqrt(square[k]);
-    inverse.pack[p] = 1.0 / length.pack[p];
-    const Triad<Pack> direction = inverse.pack[p] * u;
-    t.set(p, direction);
-    arm.set(p, cross(offset[p], direction));
-  }
-}
-
-ROD_INLINE void static_loads(const Quadrature& grid, const Field& lambda, double mass_length_2, double length,
-                             const Loads& loads, Work& w, Field& couple, Field& force) {
-  const Vec3 weight = mass_length_2 * loads.gravity;
-  for (int p = 0; p < packs; ++p) {
-    const Rotation<Pack> R = w.R[p];
-    const Triad<Pack> l = R * lambda[p];
-    w.l.set(p, l);
-    const Triad<Pack> n = spread(length * loads.tip_force) + (1.0 - grid.s.pack[p]) * spread(weight);
-    w.n.set(p, n);
-    w.m.set(p, cross(l, n));
-  }
-  integrate(grid.adjoint, w.m, w.m);
-  for (int p = 0; p < packs; ++p) {
-    const Rotation<Pack> R = w.R[p];
-    const Triad<Pack> m = w.m[p] + spread(loads.tip_moment);
-    w.m.set(p, m);
-    couple.set(p, back(R, m));
-    force.set(p, back(R, w.n[p]));
-  }
-}
-
-/// The same with inertia. mass_length = (rho A L^2, rho A L^3), inertia = rho J L.
-ROD_INLINE void dynamic_loads(const Quadrature& grid, const Field& lambda, const Field& kappa1, const Field& lambda1,
-                              const Field& kappa2, const Field& lambda2, double mass_length_2, double length,
-                              const Vec3& inertia, const Loads& loads, Work& w, Field& couple, Field& force) {
-  for (int p = 0; p < packs; ++p) {
-    const Rotation<Pack> R = w.R[p];
-    w.l.set(p, R * lambda[p]);
-    w.k1.set(p, R * kappa1[p]);
-    w.l1.set(p, R * lambda1[p]);
-    w.k2.set(p, R * kappa2[p]);
-    w.l2.set(p, R * lambda2[p]);
-  }
-  integrate(grid.forward, w.k1, w.omega);
-  for (int p = 0; p < packs; ++p) {
-    w.alpha.set(p, cross(w.omega[p], w.k1[p]) + w.k2[p]);
-    w.velocity.set(p, cross(w.omega[p], w.l[p]) + w.l1[p]);
-  }
-  integrate(grid.forward, w.alpha, w.alpha);
-  integrate(grid.forward, w.velocity, w.velocity);
-  for (int p = 0; p < packs; ++p) {
-    const Triad<Pack> omega = w.omega[p], l = w.l[p];
-    w.acceleration.set(p, cross(w.alpha[p], l) + cross(omega, cross(omega, l) + 2.0 * w.l1[p]) + w.l2[p]);
-  }
-  integrate(grid.forward, w.acceleration, w.acceleration);
-  const Vec3 weight = mass_length_2 * loads.gravity;
-  for (int p = 0; p < packs; ++p) {
-    const Rotation<Pack> R = w.R[p];
-    const Triad<Pack> omega = back(R, w.omega[p]);
-    w.omega_body.set(p, omega);
-    w.hdot.set(p, R * (scale(spread(inertia), back(R, w.alpha[p])) + cross(omega, scale(spread(inertia), omega))));
-    w.n.set(p, spread(weight) - (mass_length_2 * length) * w.acceleration[p]);
-  }
-  integrate(grid.adjoint, w.n, w.n);
-  for (int p = 0; p < packs; ++p) {
-    const Triad<Pack> n = w.n[p] + spread(length * loads.tip_force);
-    w.n.set(p, n);
-    w.m.set(p, cross(w.l[p], n) - w.hdot[p]);
-  }
-  integrate(grid.adjoint, w.m, w.m);
-  for (int p = 0; p < packs; ++p) {
-    const Rotation<Pack> R = w.R[p];
-    const Triad<Pack> m = w.m[p] + spread(loads.tip_moment);
-    w.m.set(p, m);
-    couple.set(p, back(R, m));
-    force.set(p, back(R, w.n[p]));
-  }
-}
-
-ROD_INLINE void add_moments(const Quadrature& grid, int terms, const int* components, int count, const Field& couple,
-                            const Field& force, double sign, double* r) {
-  for (int a = 0; a < terms; ++a) {
-    Lane weighted;
-    for (int p = 0; p < packs; ++p) weighted.pack[p] = sign * grid.w.pack[p] * grid.legendre[a].pack[p];
-    for (int i = 0; i < count; ++i) {
-      const int c = components[i];
-      *r++ += total(weighted, lane(c < 3 ? couple : force, c % 3));
-    }
-  }
-}
-
-}  // namespace
-
-void Rod::project(const Field& couple, const Field& force, double sign, double* r) const {
-  fastest<add_moments>(quadrature(), terms_, components_.data(), static_cast<int>(components_.size()), couple, force,
-                       sign, r);
-}
-
-void Rod::displacements(const Strain& strain, Work& work) const {
-  const Quadrature& grid = quadrature();
-  for (std::size_t i = 0; i < tca_count; ++i) {
-    Lane length;
-    fastest<tca_geometry>(strain.kappa, strain.lambda, offset_[i], slope_[i], length, work.inverse_length[i], work.t[i],
-                          work.arm[i]);
-    work.delta[i] = length_ * (total(grid.w, length) - reference_length_[i]);
-    work.b[i].setZero(unknowns());
-    project(work.arm[i], work.t[i], length_, work.b[i].data());
-  }
+  return 3.516 * std::sqrt(EI / section_.mass) / (length() * length());
 }
 
 void Rod::residual(const double* q, const double* v, const double* a, const Loads& loads, Work& work, Vector& r) const {
-  const Quadrature& grid = quadrature();
-  Strain strain;
-  expand(q, strain);
-  const Vec3 kappa_0 = length_ * Vec3{section_.reference[0], section_.reference[1], section_.reference[2]};
-  const Vec3 lambda_0{section_.reference[3], section_.reference[4], section_.reference[5]};
-  for (int p = 0; p < packs; ++p) {
-    strain.kappa.set(p, strain.kappa[p] + spread(kappa_0));
-    strain.lambda.set(p, strain.lambda[p] + spread(lambda_0));
-  }
-  rotations(q, work);
-  displacements(strain, work);
-
-  Field couple, force;
-  const double mass_length_2 = section_.mass * length_ * length_;
-  work.moving = v != nullptr;
-  if (work.moving) {
-    Strain rates, accelerations;
-    expand(v, rates);
-    expand(a, accelerations);
-    fastest<dynamic_loads>(grid, strain.lambda, rates.kappa, rates.lambda, accelerations.kappa, accelerations.lambda,
-                           mass_length_2, length_, length_ * section_.inertia, loads, work, couple, force);
-  } else {
-    fastest<static_loads>(grid, strain.lambda, mass_length_2, length_, loads, work, couple, force);
-  }
-
   const int n = unknowns();
-  r = stiffness_.cwiseProduct(Eigen::Map<const Vector>(q, n));
+  r.resize(n);
+  std::array<double*, tca_count> b;
+  for (std::size_t i = 0; i < tca_count; ++i) {
+    work.b[i].resize(n);
+    b[i] = work.b[i].data();
+  }
+  residual_(build_, q, v, a, frame_.in(loads), work, r.data(), b);
+
+  r += stiffness_.cwiseProduct(Eigen::Map<const Vector>(q, n));
   if (work.moving) r += damping_.cwiseProduct(Eigen::Map<const Vector>(v, n));
-  project(couple, force, -1.0, r.data());
   for (std::size_t i = 0; i < tca_count; ++i) {
     const bool inside = closure_ == Closure::inside;
+    work.delta[i] = length() * (work.path[i] - reference_path_[i]);
     work.tension[i] = law_.tension(inside ? work.delta[i] : loads.delta_guess[i], loads.T[i]);
     if (!inside) work.tension[i].per_delta = 0.0;  // the force does not follow this rod's own displacement
     r += work.tension[i].value * work.b[i];
   }
+}
+
+void Rod::tangent(const Work& work, const Weights& weights, Matrix& J) const {
+  J.resize(unknowns(), unknowns());
+  PerTca<double> pull;
+  for (std::size_t i = 0; i < tca_count; ++i) pull[i] = work.tension[i].value;
+  tangent_(build_, work, {weights.q, weights.v, weights.a}, pull, J.data());
+  J.diagonal() += weights.q * stiffness_ + weights.v * damping_;
+  for (std::size_t i = 0; i < tca_count; ++i)
+    if (work.tension[i].per_delta != 0.0)
+      J.noalias() += (weights.q * work.tension[i].per_delta) * work.b[i] * work.b[i].transpose();
+}
+
+void Rod::rate_derivative(const Work& work, const Vector& dv, const Vector& da, Vector& dr) const {
+  dr.resize(unknowns());
+  rates_(build_, work, dv.data(), da.data(), dr.data());
+  dr += damping_.cwiseProduct(dv);
+}
+
+void Rod::load_derivative(const Work& work, const Loads& loads, const Loads& rates, Vector& dr) const {
+  const Loads turned = frame_.in(rates);
+  dr.setZero(unknowns());
+  const auto still = [](const Vec3& a) { return a.x == 0.0 && a.y == 0.0 && a.z == 0.0; };
+  if (!still(turned.gravity) || !still(turned.tip_force) || !still(turned.tip_moment)) {
+    const Quadrature& grid = *build_.grid;
+    const Vec3 weight = (build_.mass * length() * length()) * turned.gravity;
+    Along<Triad<Pack>, most_packs> n, m;
+    for (int p = 0; p < most_packs; ++p) {
+      n[p] = spread(length() * turned.tip_force) + (1.0 - grid.s.pack[p]) * spread(weight);
+      m[p] = cross(work.l[p], n[p]);
+    }
+    m = integral(grid.adjoint, m);
+    Field couple, force;
+    for (int p = 0; p < most_packs; ++p) {
+      const Rotation<Pack> R = work.R[p];
+      couple.set(p, back(R, m[p] + spread(turned.tip_moment)));
+      force.set(p, back(R, n[p]));
+    }
+    moments<most_packs>(build_, couple, force, -1.0, dr.data());
+  }
+  for (std::size_t i = 0; i < tca_count; ++i) {
+    const Tension guessed = law_.tension(loads.delta_guess[i], loads.T[i]);
+    const double rate = closure_ == Closure::inside
+                            ? work.tension[i].per_T * rates.T[i]
+                            : guessed.per_delta * rates.delta_guess[i] + guessed.per_T * rates.T[i];
+    dr += rate * work.b[i];
+  }
+}
+
+void Rod::to_states(const double* unknowns, double* states) const {
+  for (int a = 0; a < build_.terms; ++a, states += 6) {
+    std::array<double, 6> own{};
+    for (int c : components_) own[c] = *unknowns++;
+    for (int first : {0, 3}) {
+      const Vec3 seen = frame_.out({own[first], own[first + 1], own[first + 2]});
+      states[first] = seen.x, states[first + 1] = seen.y, states[first + 2] = seen.z;
+    }
+  }
+}
+
+void Rod::from_states(const double* states, double* unknowns) const {
+  for (int a = 0; a < build_.terms; ++a, states += 6)
+    for (int c : components_) {
+      const int first = c / 3 * 3;
+      const Vec3 own = frame_.in(Vec3{states[first], states[first + 1], states[first + 2]});
+      *unknowns++ = c % 3 == 0 ? own.x : c % 3 == 1 ? own.y : own.z;
+    }
 }
 
 }  // namespace rod

@@ -12,9 +12,8 @@
 #include <vector>
 
 #include "data.hpp"
-#include "field.hpp"
 #include "loads.hpp"
-#include "quadrature.hpp"
+#include "loops.hpp"
 #include "tca.hpp"
 
 namespace rod {
@@ -32,22 +31,15 @@ struct Section {
   std::array<double, 6> reference{0, 0, 0, 0, 0, 1};  // xi*, 1/m and 1
 
   static Section of(const Parameters& p);
+  /// The same with the axes of this frame.
+  Section seen_from(const Frame& frame) const;
 };
 
 /// Scratch of one evaluation: what residual() leaves for derivatives and outputs. Never part of a state.
-struct Work {
-  RotationField R;
-  Field l, n, m;                               // p'/L, force n L, moment m
-  Field k1, k2, l1, l2;                        // R kappa. L, R kappa.. L, R lambda., R lambda..
-  Field omega, alpha, omega_body, hdot;        // hdot scaled by L
-  Field velocity, acceleration;                // over L
-  std::array<Field, tca_count> t, arm;         // tangent of TCA i, its arm r_i x t_i over L
-  std::array<Lane, tca_count> inverse_length;  // 1/|u_i|
-  PerTca<double> delta{};                      // m
-  PerTca<Tension> tension{};                   // N
-  std::array<Vector, tca_count> b;             // d delta_i/dq [m]
-  std::array<double, 4> tip_quaternion{};
-  bool moving = false;
+struct Work : Kinematics {
+  PerTca<double> delta{};           // m
+  PerTca<Tension> tension{};        // N
+  std::array<Vector, tca_count> b;  // d delta_i/dq [m]
 };
 
 /// Weights of the three derivatives: weight.q dr/dq + weight.v dr/dv + weight.a dr/da.
@@ -62,12 +54,11 @@ class Rod {
   explicit Rod(const Parameters& p) : Rod(p, Section::of(p)) {}
   Rod(const Parameters& p, const Section& section);
 
-  int unknowns() const { return static_cast<int>(components_.size()) * terms_; }
-  /// Where unknown k stands among those of the largest rod: degree by degree, six components each.
-  int place(int k) const {
-    const int count = static_cast<int>(components_.size());
-    return k / count * 6 + components_[k % count];
-  }
+  int unknowns() const { return build_.unknowns(); }
+  /// Coefficients of the strains as they stand among those of the largest rod, degree by degree, six components in the
+  /// fixed frame each; and back. What this rod lacks is 0, and is ignored.
+  void to_states(const double* unknowns, double* states) const;
+  void from_states(const double* states, double* unknowns) const;
 
   /// r(q, v, a) [J]. Statics when v and a are null. Fills work for the calls below.
   void residual(const double* q, const double* v, const double* a, const Loads& loads, Work& work, Vector& r) const;
@@ -89,30 +80,26 @@ class Rod {
   void outputs(const double* q, const double* v, const Loads& loads, const Work& work, Outputs& y) const;
 
   const TcaLaw& law() const { return law_; }
-  double length() const { return length_; }
+  double length() const { return build_.length; }
 
  private:
-  struct Strain {
-    Field kappa, lambda;
-  };
-  struct Variation {
-    Strain q, v, a;
-  };
-  void expand(const double* coefficients, Strain& strain) const;
-  void rotations(const double* q, Work& work) const;
-  void displacements(const Strain& strain, Work& work) const;
-  void project(const Field& couple, const Field& force, double sign, double* r) const;
-  /// The variation of [R^T m; R^T n]; `angular` where d contains curvatures.
-  void vary(const Work& work, const Variation& d, bool angular, Field& couple, Field& force) const;
+  /// What a strain component, constant along the rod and dimensionless, costs: int K ds in units of the unknowns [J].
+  double stiffness_per_strain(int c) const {
+    return section_.stiffness[c] * (c < 3 ? 1.0 / length() : length());  // curvatures are kept times L
+  }
+  /// See Outputs::out_of_plane; loads are those of the fixed frame.
+  double out_of_plane(const Loads& loads, const Work& work) const;
 
-  double length_ = 0.0;
-  int terms_ = 0;
-  std::vector<int> components_;
+  Frame frame_;  // where a planar rod moves
   Section section_;
   TcaLaw law_;
   Closure closure_ = Closure::inside;
-  std::array<Field, tca_count> offset_, slope_;  // r_i/L and dr_i/ds at the nodes
-  PerTca<double> reference_length_{};            // int |u_i| ds/L of the unstrained rod
+  std::vector<int> components_, left_out_;  // of the strains: those here, and those that would leave the plane
+  Build build_;
+  ResidualLoop residual_ = nullptr;
+  TangentLoop tangent_ = nullptr;
+  RateLoop rates_ = nullptr;
+  PerTca<double> reference_path_{};  // int |u_i| ds/L of the unstrained rod
   Vector stiffness_, damping_;
 };
 

@@ -17,6 +17,43 @@ template <class... Parts>
   throw fmu::Error(text.str());
 }
 
+constexpr double noticed = 1e-6;     // of Outputs::out_of_plane, what a host is warned of
+constexpr double coincident = 1e-9;  // rad, azimuths
+
+/// What keeps a planar rod from staying in its plane whatever the loads.
+void check_plane(const Parameters& p) {
+  const double c = std::cos(p.plane), s = std::sin(p.plane);
+  if (p.dynamic && p.method == Method::pade_euler)
+    refuse(
+        "planar = true has three strains at most, but method = pade_euler "
+        "has all six; choose another method");
+  if (p.body_profile == Profile::given && std::abs(c * s) > coincident)
+    for (int first : {0, 3})
+      if (p.body_stiffness[first] != p.body_stiffness[first + 1])
+        refuse("plane = ", p.plane, " rad is no principal plane of the section: body.stiffness[", first + 1,
+               "] = ", p.body_stiffness[first], " and body.stiffness[", first + 2, "] = ", p.body_stiffness[first + 1],
+               " differ; set plane to a multiple of pi/2, or planar = false");
+  const double across = c * p.body_curvature[0] + s * p.body_curvature[1], twist = p.body_curvature[2];
+  const double size = std::hypot(p.body_curvature[0], p.body_curvature[1], p.body_curvature[2]);
+  if (std::abs(across) > coincident * size || std::abs(twist) > coincident * size)
+    refuse("body.curvature leaves the plane at azimuth plane = ", p.plane, " rad: ", across, " 1/m across it, ", twist,
+           " 1/m of twist; turn plane, or set planar = false");
+  if (p.tca_law == Law::measured && p.tca_stiffness == 0.0) return;  // TCAs that do nothing
+  for (std::size_t i = 0; i < tca_count; ++i) {
+    const auto mirrors = [&](std::size_t j) {
+      const double sum = p.tca_azimuth[i] + p.tca_azimuth[j] - 2.0 * p.plane;
+      return std::abs(std::sin(0.5 * sum)) < coincident && std::abs(p.tca_helix[i] + p.tca_helix[j]) < coincident;
+    };
+    bool mirrored = false;
+    for (std::size_t j = 0; j < tca_count; ++j) mirrored = mirrored || mirrors(j);
+    if (!mirrored)
+      refuse("TCA ", i + 1, " (tca.azimuth = ", p.tca_azimuth[i], " rad, tca.helix = ", p.tca_helix[i],
+             " rad/m) has no mirror image in the plane at azimuth plane = ", p.plane,
+             " rad; turn plane to a symmetry plane of the TCAs, or set planar "
+             "= false");
+  }
+}
+
 /// What no single row of the table can check.
 void check(const Parameters& p) {
   if (p.tca_offset >= p.body_radius)
@@ -30,6 +67,7 @@ void check(const Parameters& p) {
   if (p.dynamic && p.method == Method::pade_euler && p.strains != Strains::cosserat)
     refuse("method = pade_euler has all six strains, but strains = ", static_cast<int>(p.strains),
            "; set strains to cosserat (4), or choose another method");
+  if (p.planar) check_plane(p);
 }
 
 }  // namespace
@@ -37,6 +75,7 @@ void check(const Parameters& p) {
 void RodModel::build() {
   const Parameters& p = data_.parameters;
   check(p);
+  warned_ = false;
   engine_ = p.dynamic && p.method == Method::pade_euler ? make_grid_engine(p) : make_strain_engine(p);
   memory_.assign(engine_->memory_size(), 0.0);
   engine_->rest(memory_);
@@ -83,6 +122,16 @@ bool RodModel::drift(std::span<double> rate) {
          engine_->drift(memory_, loads_at(data_.inputs, 0.0), load_rates_at(data_.inputs, 0.0), rate);
 }
 
-void RodModel::evaluate(double) { engine_->outputs(memory_, loads_at(data_.inputs, 0.0), data_.outputs); }
+void RodModel::evaluate(double t) {
+  engine_->outputs(memory_, loads_at(data_.inputs, 0.0), data_.outputs);
+  if (warned_ || !(data_.outputs.out_of_plane > noticed)) return;
+  warned_ = true;
+  std::ostringstream text;
+  text << "t = " << t
+       << " s: forces across the plane of this planar rod are left out; alone "
+          "they would cause strains of "
+       << data_.outputs.out_of_plane << " (output out_of_plane); set planar = false, or turn plane";
+  warn(text.str());
+}
 
 }  // namespace rod

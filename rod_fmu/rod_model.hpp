@@ -29,6 +29,7 @@ class RodModel final : public fmu::Model {
   Data data_;
   std::vector<double> memory_;
   std::unique_ptr<Engine> engine_;
+  bool warned_ = false;  // of forces across a plane: once is enough
 };
 
 }  // namespace rod

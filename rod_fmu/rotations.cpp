@@ -10,18 +10,9 @@ namespace {
 
 using Quaternions = std::array<IntervalLane, 4>;
 
-/// cos and sin(t)/t of t = sqrt(square), by their series, which ten terms bring to rounding error for square <= 1.
-ROD_INLINE void half_angle(const Pack& square, Pack& cosine, Pack& sinc) {
-  cosine = sinc = 1.0 - Pack{};
-  for (int n = 9; n > 0; --n) {
-    cosine = 1.0 - cosine * square * (1.0 / ((2 * n - 1) * (2 * n)));
-    sinc = 1.0 - sinc * square * (1.0 / ((2 * n) * (2 * n + 1)));
-  }
-}
-
 /// Half the rotation vector over an interval of length h from the curvature at its three Gauss points. The bracket of
 /// R' = R kappa^ is [a, b] = b x a.
-template <class T>
+template <Number T>
 ROD_INLINE Triad<T> half_turn(const T& h, const Triad<T>& k1, const Triad<T>& k2, const Triad<T>& k3) {
   const Triad<T> a1 = h * k2;
   const Triad<T> a2 = (std::sqrt(15.0) / 3.0) * h * (k3 - k1);
@@ -37,11 +28,11 @@ ROD_INLINE double interval_turns(const Quadrature& grid, const IntervalCurvature
   const auto at = [&kappa](int g, int p) ROD_LAMBDA_INLINE {
     return Triad<Pack>{kappa[g][0].pack[p], kappa[g][1].pack[p], kappa[g][2].pack[p]};
   };
-  for (int p = 0; p < interval_packs; ++p) {
+  for (int p = 0; p < grid.interval_packs; ++p) {
     const Triad<Pack> half = half_turn(grid.length.pack[p], at(0, p), at(1, p), at(2, p));
     const Pack square = dot(half, half);
     Pack sinc;
-    half_angle(square, turn[0].pack[p], sinc);
+    cosine_and_sinc(square, turn[0].pack[p], sinc);
     turn[1].pack[p] = sinc * half.x, turn[2].pack[p] = sinc * half.y, turn[3].pack[p] = sinc * half.z;
     widest = square > widest ? square : widest;
   }
@@ -50,7 +41,7 @@ ROD_INLINE double interval_turns(const Quadrature& grid, const IntervalCurvature
 
 /// The same for violent curvatures.
 void interval_wide_turns(const Quadrature& grid, const IntervalCurvature& kappa, Quaternions& turn) {
-  for (int e = 0; e < intervals; ++e) {
+  for (int e = 0; e < grid.intervals; ++e) {
     const auto at = [&kappa, e](int g) { return Vec3{kappa[g][0][e], kappa[g][1][e], kappa[g][2][e]}; };
     const Vec3 half = half_turn(grid.length[e], at(0), at(1), at(2));
     const double angle = std::sqrt(dot(half, half));
@@ -60,29 +51,28 @@ void interval_wide_turns(const Quadrature& grid, const IntervalCurvature& kappa,
   }
 }
 
-ROD_INLINE void matrices(const std::array<Lane, 4>& q, RotationField& R) {
+ROD_INLINE void matrices(int packs, const std::array<Lane, 4>& q, RotationField& R) {
   for (int p = 0; p < packs; ++p) R.set(p, rotation(q[0].pack[p], q[1].pack[p], q[2].pack[p], q[3].pack[p]));
 }
 
 }  // namespace
 
-std::array<double, 4> rotate_along(const IntervalCurvature& kappa, RotationField& R) {
-  const Quadrature& grid = quadrature();
+std::array<double, 4> rotate_along(const Quadrature& grid, const IntervalCurvature& kappa, RotationField& R) {
   Quaternions turn;
   if (!(fastest<interval_turns>(grid, kappa, turn) <= 1.0)) interval_wide_turns(grid, kappa, turn);
 
   std::array<Lane, 4> at_nodes;
   double w = 1.0, x = 0.0, y = 0.0, z = 0.0;
-  for (int e = 0; e < intervals; ++e) {
+  for (int e = 0; e < grid.intervals; ++e) {
     const double a = turn[0][e], b = turn[1][e], c = turn[2][e], d = turn[3][e];
     const double w1 = w * a - x * b - y * c - z * d, x1 = w * b + x * a + y * d - z * c;
     const double y1 = w * c - x * d + y * a + z * b, z1 = w * d + x * c - y * b + z * a;
     w = w1, x = x1, y = y1, z = z1;
-    const int k = e / pieces;
-    if (k < nodes && e % pieces == pieces - 1)
+    const int k = e / grid.pieces;
+    if (k < grid.nodes && e % grid.pieces == grid.pieces - 1)
       at_nodes[0][k] = w, at_nodes[1][k] = x, at_nodes[2][k] = y, at_nodes[3][k] = z;
   }
-  fastest<matrices>(at_nodes, R);
+  fastest<matrices>(grid.packs, at_nodes, R);
   const double norm = std::sqrt(w * w + x * x + y * y + z * z);
   return {w / norm, x / norm, y / norm, z / norm};
 }

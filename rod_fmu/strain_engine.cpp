@@ -71,10 +71,8 @@ class StrainEngine final : public Engine {
 
   void set_states(std::span<double> memory, std::span<const double> x) const override {
     State now = state(memory);
-    for (int k = 0; k < rod_.unknowns(); ++k) {
-      now.q[k] = x[rod_.place(k)];
-      now.v[k] = x[strain_states + rod_.place(k)];
-    }
+    rod_.from_states(x.data(), now.q.data());
+    rod_.from_states(x.data() + strain_states, now.v.data());
     now.dissipated = x[2 * strain_states];
   }
 
@@ -114,10 +112,8 @@ class StrainEngine final : public Engine {
   State state(std::span<double> memory) const { return State(memory.data(), rod_.unknowns()); }
 
   void show(const Eigen::Map<Vector>& first, const Eigen::Map<Vector>& second, double last, std::span<double> x) const {
-    for (int k = 0; k < rod_.unknowns(); ++k) {
-      x[rod_.place(k)] = first[k];
-      x[strain_states + rod_.place(k)] = second[k];
-    }
+    rod_.to_states(first.data(), x.data());
+    rod_.to_states(second.data(), x.data() + strain_states);
     x[2 * strain_states] = last;
   }
 

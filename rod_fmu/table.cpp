@@ -78,6 +78,11 @@ void add_parameters(fmu::Table<rod::Data>& table, const rod::Parameters& p) {
       .choices({"inside", "exchanged"});
   table.parameter("strains", p.strains, "", "strains that the rod may have; each choice contains those before it")
       .choices({"bending", "extensible", "kirchhoff", "cosserat"});
+  table.parameter("planar", p.planar, "",
+                  "true: motion in one plane through the axis alone; its "
+                  "forces must lie in it, see out_of_plane");
+  table.parameter("plane", p.plane, "rad", "azimuth of that plane from the x axis, used when planar")
+      .range(-100 * turn, 100 * turn);
   table.parameter("order", p.order, "", "degree of the strain polynomials").range(0, rod::highest_order);
   table.parameter("grid_points", p.grid_points, "", "points along the rod of the method pade_euler")
       .range(rod::least_grid_points, rod::most_grid_points);
@@ -149,6 +154,12 @@ void add_outputs(fmu::Table<rod::Data>& table, const rod::Outputs& y) {
   table.output("energy.dissipated", y.energy_dissipated, "J", "heat of the body's damping since the start")
       .nominal(1e-4)
       .depends({"dissipation"});
+  table
+      .output("out_of_plane", y.out_of_plane, "1",
+              "largest strain that forces across the plane of a planar rod "
+              "would cause; 0 where planar = false")
+      .nominal(1e-3)
+      .depends({"strain", "T", "delta_guess", "gravity", "tip_force", "tip_moment"});
   for (std::size_t k = 0; k < rod::shape_stations; ++k)
     for (std::size_t c = 0; c < 3; ++c)
       table

@@ -1,158 +1,213 @@
-// Exact derivatives of the residual: the residual's chain of integrals, varied. A variation of the strains turns every
-// section by dtheta(s) = int_0^s R dkappa and changes p' by dtheta x p' + R dlambda; all else follows by the product
-// rule.
-#include <Eigen/Core>
-
+// Exact derivatives of the residual: its chain of integrals, varied. A variation of the strains turns every section by
+// dtheta(s) = int_0^s R dkappa and changes p' by dtheta x p' + R dlambda; all else follows by the product rule. What a
+// variation lacks (a shear does not turn, a rate leaves the shape alone) has the type Zero.
 #include "kernel.hpp"
-#include "rod.hpp"
+#include "loops.hpp"
+#include "polynomials.hpp"
+#include "space.hpp"
 
 namespace rod {
 
 namespace {
 
-struct StrainVariation {
-  const Field &kappa, &lambda, &kappa1, &lambda1, &kappa2, &lambda2;
+using Nothing = Triad<Zero>;
+
+/// f at every pack.
+template <int packs, class F>
+ROD_INLINE auto along(const F& f) {
+  Along<decltype(f(0)), packs> out;
+  for (int p = 0; p < packs; ++p) out[p] = f(p);
+  return out;
+}
+
+/// Variations in the fixed frame, turns of the section apart: R dkappa L and R dlambda and those of their rates. One
+/// coefficient: degree times a direction that the section carries along.
+template <class K, class L, int packs>
+struct Column {
+  const std::array<double, 3>& weights;
+  Along<K, packs> angular;
+  Along<L, packs> linear;
+  ROD_INLINE auto k(int p) const { return weights[0] * angular[p]; }
+  ROD_INLINE auto k1(int p) const { return weights[1] * angular[p]; }
+  ROD_INLINE auto k2(int p) const { return weights[2] * angular[p]; }
+  ROD_INLINE auto l(int p) const { return weights[0] * linear[p]; }
+  ROD_INLINE auto l1(int p) const { return weights[1] * linear[p]; }
+  ROD_INLINE auto l2(int p) const { return weights[2] * linear[p]; }
 };
 
-/// Writes the variation of [R^T m; R^T n]. `angular`: the variation contains curvatures (or their rates).
-template <bool moving, bool angular>
-ROD_INLINE void vary_loads(const Quadrature& grid, const Work& w, const StrainVariation& d, double mass_length_3,
-                           const Vec3& inertia, Field& couple, Field& force) {
-  Field theta, omega, alpha, l, n, m;
-  if constexpr (angular) {
-    for (int p = 0; p < packs; ++p) theta.set(p, w.R[p] * d.kappa[p]);
-    integrate(grid.forward, theta, theta);
-  }
-  for (int p = 0; p < packs; ++p) l.set(p, cross(theta[p], w.l[p]) + w.R[p] * d.lambda[p]);
+/// Any rates, at a fixed shape.
+template <class K, class L, int packs>
+struct Rates {
+  Along<K, packs> angular1, angular2;
+  Along<L, packs> linear1, linear2;
+  ROD_INLINE Nothing k(int) const { return {}; }
+  ROD_INLINE auto k1(int p) const { return angular1[p]; }
+  ROD_INLINE auto k2(int p) const { return angular2[p]; }
+  ROD_INLINE Nothing l(int) const { return {}; }
+  ROD_INLINE auto l1(int p) const { return linear1[p]; }
+  ROD_INLINE auto l2(int p) const { return linear2[p]; }
+};
 
-  if constexpr (moving) {
-    if constexpr (angular) {
-      Field k1;
-      for (int p = 0; p < packs; ++p) k1.set(p, cross(theta[p], w.k1[p]) + w.R[p] * d.kappa1[p]);
-      integrate(grid.forward, k1, omega);
-      for (int p = 0; p < packs; ++p)
-        alpha.set(
-            p, cross(omega[p], w.k1[p]) + cross(w.omega[p], k1[p]) + cross(theta[p], w.k2[p]) + w.R[p] * d.kappa2[p]);
-      integrate(grid.forward, alpha, alpha);
-    }
+/// Writes the variation of [R^T m; R^T n].
+template <class Space, int packs, bool moving, class Variation>
+ROD_INLINE void vary(const Build& build, const Kinematics& w, const Variation& d, Field& couple, Field& force) {
+  using Linear = Space::Linear;
+  using Angular = Space::Angular;
+  const Quadrature& grid = *build.grid;
+  const auto theta = integral(grid.forward, along<packs>([&](int p) ROD_LAMBDA_INLINE { return d.k(p); }));
+  const auto l = along<packs>([&](int p) ROD_LAMBDA_INLINE { return cross(theta[p], take<Linear>(w.l, p)) + d.l(p); });
+  const auto write = [&](const auto& density, const auto& n) ROD_LAMBDA_INLINE {
+    const auto m = integral(grid.adjoint, density);
     for (int p = 0; p < packs; ++p) {
-      const Rotation<Pack> R = w.R[p];
-      const Triad<Pack> l1 = cross(theta[p], w.l1[p]) + R * d.lambda1[p];
-      const Triad<Pack> l2 = cross(theta[p], w.l2[p]) + R * d.lambda2[p];
-      const Triad<Pack> swing = cross(w.omega[p], w.l[p]) + 2.0 * w.l1[p];
-      const Triad<Pack> d_swing = cross(omega[p], w.l[p]) + cross(w.omega[p], l[p]) + 2.0 * l1;
-      n.set(p, cross(alpha[p], w.l[p]) + cross(w.alpha[p], l[p]) + cross(omega[p], swing) + cross(w.omega[p], d_swing) +
-                   l2);
+      const auto R = Space::turn(w.R, p);
+      couple.set(p, back(R, m[p] - cross(theta[p], take<Angular>(w.m, p))));
+      force.set(p, back(R, n(p) - cross(theta[p], take<Linear>(w.n, p))));
     }
-    integrate(grid.forward, n, n);
-    for (int p = 0; p < packs; ++p) n.set(p, -mass_length_3 * n[p]);
-    integrate(grid.adjoint, n, n);
+  };
+  if constexpr (!moving) {
+    write(along<packs>([&](int p) ROD_LAMBDA_INLINE { return cross(l[p], take<Linear>(w.n, p)); }),
+          [](int) ROD_LAMBDA_INLINE { return Nothing{}; });
+  } else {
+    const auto k1 =
+        along<packs>([&](int p) ROD_LAMBDA_INLINE { return cross(theta[p], take<Angular>(w.k1, p)) + d.k1(p); });
+    const auto omega = integral(grid.forward, k1);
+    const auto alpha = integral(grid.forward, along<packs>([&](int p) ROD_LAMBDA_INLINE {
+                                  return cross(omega[p], take<Angular>(w.k1, p)) +
+                                         cross(take<Angular>(w.omega, p), k1[p]) +
+                                         cross(theta[p], take<Angular>(w.k2, p)) + d.k2(p);
+                                }));
+    const double mass = build.mass * build.length * build.length * build.length;
+    auto n = integral(grid.forward, along<packs>([&](int p) ROD_LAMBDA_INLINE {
+                        const auto here = take<Linear>(w.l, p);
+                        const auto turning = take<Angular>(w.omega, p);
+                        const auto l1 = cross(theta[p], take<Linear>(w.l1, p)) + d.l1(p);
+                        const auto l2 = cross(theta[p], take<Linear>(w.l2, p)) + d.l2(p);
+                        const auto swing = cross(omega[p], here) + cross(turning, l[p]) + 2.0 * l1;
+                        return cross(alpha[p], here) + cross(take<Angular>(w.alpha, p), l[p]) +
+                               cross(omega[p], take<Linear>(w.swing, p)) + cross(turning, swing) + l2;
+                      }));
+    n = integral(grid.adjoint, along<packs>([&](int p) ROD_LAMBDA_INLINE { return -mass * n[p]; }));
+    const auto inertia = build.length * spread(build.inertia);
+    write(along<packs>([&](int p) ROD_LAMBDA_INLINE {
+            const auto R = Space::turn(w.R, p);
+            const auto body = take<Angular>(w.omega_body, p);
+            const auto d_body = back(R, omega[p] - cross(theta[p], take<Angular>(w.omega, p)));
+            const auto d_alpha = back(R, alpha[p] - cross(theta[p], take<Angular>(w.alpha, p)));
+            const auto d_h =
+                scale(inertia, d_alpha) + cross(d_body, scale(inertia, body)) + cross(body, scale(inertia, d_body));
+            return cross(l[p], take<Linear>(w.n, p)) + cross(take<Linear>(w.l, p), n[p]) -
+                   cross(theta[p], take<Angular>(w.hdot, p)) - R * d_h;
+          }),
+          [&](int p) ROD_LAMBDA_INLINE { return n[p]; });
   }
+}
 
-  for (int p = 0; p < packs; ++p) {
-    Triad<Pack> couple_density = cross(l[p], w.n[p]);
-    if constexpr (moving) {
-      couple_density = couple_density + cross(w.l[p], n[p]);
-      if constexpr (angular) {
-        const Rotation<Pack> R = w.R[p];
-        const Triad<Pack> body = w.omega_body[p];
-        const Triad<Pack> d_body = back(R, omega[p] - cross(theta[p], w.omega[p]));
-        const Triad<Pack> d_alpha = back(R, alpha[p] - cross(theta[p], w.alpha[p]));
-        const Triad<Pack> d_h = scale(spread(inertia), d_alpha) + cross(d_body, scale(spread(inertia), body)) +
-                                cross(body, scale(spread(inertia), d_body));
-        couple_density = couple_density - cross(theta[p], w.hdot[p]) - R * d_h;
+/// What strain component c does to N [r x t; t] L, summed over the TCAs: dt = (1 - t t^T) du/|u|, a pull keeps its size
+/// but follows the TCA's direction.
+template <class Space, int packs>
+ROD_INLINE void follow(const Build& build, const Kinematics& w, int c, double weight, const PerTca<double>& pull,
+                       Field& couple, Field& force) {
+  Vec3 bend, shift;
+  (c % 3 == 0 ? c < 3 ? bend.x : shift.x : c % 3 == 1 ? c < 3 ? bend.y : shift.y : c < 3 ? bend.z : shift.z) = 1.0;
+  for (std::size_t i = 0; i < tca_count; ++i) {
+    if (pull[i] == 0.0) continue;
+    for (int p = 0; p < packs; ++p) {
+      const auto r = take<InSection>(build.offset[i], p);
+      const auto t = w.t[i][p];
+      const auto du = spread(shift) + cross(spread(bend), r);
+      const Pack factor = (weight * build.length * pull[i]) * w.inverse_length[i].pack[p];
+      const auto dt = factor * (du - dot(t, du) * t);
+      couple.set(p, couple[p] + cross(r, dt));
+      force.set(p, force[p] + dt);
+    }
+  }
+}
+
+template <class Space, int packs, bool moving>
+ROD_INLINE void columns(const Build& build, const Kinematics& w, const std::array<double, 3>& weights,
+                        const PerTca<double>& pull, double* J) {
+  using Linear = Space::Linear;
+  using Angular = Space::Angular;
+  const Quadrature& grid = *build.grid;
+  const int unknowns = build.unknowns();
+  for (int i = 0; i < build.count; ++i) {
+    const int c = build.components[i];
+    const Lane &x = lane(w.R.row0, c % 3), &y = lane(w.R.row1, c % 3), &z = lane(w.R.row2, c % 3);
+    Field couple_per, force_per;
+    follow<Space, packs>(build, w, c, weights[0], pull, couple_per, force_per);
+    for (int a = 0; a < build.terms; ++a) {
+      const Lane& shape = grid.legendre[a];
+      const auto carried = [&](int p) ROD_LAMBDA_INLINE {
+        return shape.pack[p] * Triad<Pack>{x.pack[p], y.pack[p], z.pack[p]};
+      };
+      Field couple, force;
+      if (c < 3)
+        vary<Space, packs, moving>(
+            build, w,
+            Column<Angular, Nothing, packs>{
+                weights, along<packs>([&](int p) ROD_LAMBDA_INLINE { return take<Angular>(carried(p)); }), {}},
+            couple, force);
+      else
+        vary<Space, packs, moving>(
+            build, w, Column<Nothing, Linear, packs>{weights, {}, along<packs>([&](int p) ROD_LAMBDA_INLINE {
+                                                       return take<Linear>(carried(p));
+                                                     })},
+            couple, force);
+      for (int p = 0; p < packs; ++p) {
+        couple.set(p, couple[p] - shape.pack[p] * couple_per[p]);
+        force.set(p, force[p] - shape.pack[p] * force_per[p]);
       }
+      moments<packs>(build, couple, force, -1.0, J + (a * build.count + i) * unknowns);
     }
-    m.set(p, couple_density);
-  }
-  integrate(grid.adjoint, m, m);
-  for (int p = 0; p < packs; ++p) {
-    const Rotation<Pack> R = w.R[p];
-    couple.set(p, back(R, m[p] - cross(theta[p], w.m[p])));
-    force.set(p, back(R, n[p] - cross(theta[p], w.n[p])));
   }
 }
 
-/// Subtracts N [r x dt; dt] L with dt = (1 - t t^T) du/|u|: a pull keeps its size but follows the TCA's direction.
-ROD_INLINE void vary_direction(const Field& kappa, const Field& lambda, const Field& offset, const Field& t,
-                               const Lane& inverse_length, double pull, Field& couple, Field& force) {
-  for (int p = 0; p < packs; ++p) {
-    const Triad<Pack> du = lambda[p] + cross(kappa[p], offset[p]);
-    const Triad<Pack> along = t[p];
-    const Triad<Pack> dt = (pull * inverse_length.pack[p]) * (du - dot(along, du) * along);
-    couple.set(p, couple[p] - cross(offset[p], dt));
-    force.set(p, force[p] - dt);
-  }
+template <class Space, int packs>
+ROD_INLINE void tangent(const Build& build, const Kinematics& w, const std::array<double, 3>& weights,
+                        const PerTca<double>& pull, double* J) {
+  if (w.moving)
+    columns<Space, packs, true>(build, w, weights, pull, J);
+  else
+    columns<Space, packs, false>(build, w, weights, pull, J);
 }
+
+template <class Space, int packs>
+ROD_INLINE void rates(const Build& build, const Kinematics& w, const double* dv, const double* da, double* dr) {
+  using Linear = Space::Linear;
+  using Angular = Space::Angular;
+  Field kappa1, lambda1, kappa2, lambda2;
+  expand<packs>(build, dv, kappa1, lambda1);
+  expand<packs>(build, da, kappa2, lambda2);
+  Rates<Angular, Linear, packs> d;
+  for (int p = 0; p < packs; ++p) {
+    const auto R = Space::turn(w.R, p);
+    d.angular1[p] = R * take<Angular>(kappa1, p);
+    d.angular2[p] = R * take<Angular>(kappa2, p);
+    d.linear1[p] = R * take<Linear>(lambda1, p);
+    d.linear2[p] = R * take<Linear>(lambda2, p);
+  }
+  Field couple, force;
+  vary<Space, packs, true>(build, w, d, couple, force);
+  moments<packs>(build, couple, force, -1.0, dr);
+}
+
+struct Tangent {
+  template <class Space, int packs>
+  static TangentLoop of() {
+    return fastest<tangent<Space, packs>>;
+  }
+};
+
+struct RateDerivative {
+  template <class Space, int packs>
+  static RateLoop of() {
+    return fastest<rates<Space, packs>>;
+  }
+};
 
 }  // namespace
 
-void Rod::vary(const Work& work, const Variation& d, bool angular, Field& couple, Field& force) const {
-  const StrainVariation strains{d.q.kappa, d.q.lambda, d.v.kappa, d.v.lambda, d.a.kappa, d.a.lambda};
-  const auto kernel = work.moving ? (angular ? fastest<vary_loads<true, true>> : fastest<vary_loads<true, false>>)
-                                  : (angular ? fastest<vary_loads<false, true>> : fastest<vary_loads<false, false>>);
-  kernel(quadrature(), work, strains, section_.mass * length_ * length_ * length_, length_ * section_.inertia, couple,
-         force);
-}
-
-void Rod::tangent(const Work& work, const Weights& weights, Matrix& J) const {
-  const Quadrature& grid = quadrature();
-  const int count = static_cast<int>(components_.size()), n = unknowns();
-  J.setZero(n, n);
-  Variation d;
-  Field couple, force;
-  for (int a = 0; a < terms_; ++a)
-    for (int i = 0; i < count; ++i) {
-      const int c = components_[i], column = a * count + i;
-      const auto set = [&](Strain& strain, double weight) {
-        Lane& out = lane(c < 3 ? strain.kappa : strain.lambda, c % 3);
-        for (int p = 0; p < packs; ++p) out.pack[p] = weight * grid.legendre[a].pack[p];
-      };
-      set(d.q, weights.q), set(d.v, weights.v), set(d.a, weights.a);
-      vary(work, d, c < 3, couple, force);
-      for (std::size_t t = 0; t < tca_count; ++t)
-        fastest<vary_direction>(d.q.kappa, d.q.lambda, offset_[t], work.t[t], work.inverse_length[t],
-                                length_ * work.tension[t].value, couple, force);
-      project(couple, force, -1.0, J.data() + column * n);
-      set(d.q, 0.0), set(d.v, 0.0), set(d.a, 0.0);
-    }
-  J.diagonal() += weights.q * stiffness_ + weights.v * damping_;
-  for (std::size_t i = 0; i < tca_count; ++i)
-    if (work.tension[i].per_delta != 0.0)
-      J.noalias() += (weights.q * work.tension[i].per_delta) * work.b[i] * work.b[i].transpose();
-}
-
-void Rod::rate_derivative(const Work& work, const Vector& dv, const Vector& da, Vector& dr) const {
-  Variation d;
-  expand(dv.data(), d.v);
-  expand(da.data(), d.a);
-  Field couple, force;
-  vary(work, d, true, couple, force);
-  dr = damping_.cwiseProduct(dv);
-  project(couple, force, -1.0, dr.data());
-}
-
-void Rod::load_derivative(const Work& work, const Loads& loads, const Loads& rates, Vector& dr) const {
-  dr.setZero(unknowns());
-  Field couple, force;
-  const Quadrature& grid = quadrature();
-  const Vec3 weight = (section_.mass * length_ * length_) * rates.gravity;
-  Field m;
-  for (int p = 0; p < packs; ++p) {
-    const Triad<Pack> n = spread(length_ * rates.tip_force) + (1.0 - grid.s.pack[p]) * spread(weight);
-    force.set(p, back(work.R[p], n));
-    m.set(p, cross(work.l[p], n));
-  }
-  integrate(grid.adjoint, m, m);
-  for (int p = 0; p < packs; ++p) couple.set(p, back(work.R[p], m[p] + spread(rates.tip_moment)));
-  project(couple, force, -1.0, dr.data());
-  for (std::size_t i = 0; i < tca_count; ++i) {
-    const Tension guessed = law_.tension(loads.delta_guess[i], loads.T[i]);
-    const double rate = closure_ == Closure::inside
-                            ? work.tension[i].per_T * rates.T[i]
-                            : guessed.per_delta * rates.delta_guess[i] + guessed.per_T * rates.T[i];
-    dr += rate * work.b[i];
-  }
-}
+TangentLoop tangent_loop(const Build& build) { return choose<Tangent>(build); }
+RateLoop rate_loop(const Build& build) { return choose<RateDerivative>(build); }
 
 }  // namespace rod

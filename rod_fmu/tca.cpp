@@ -60,9 +60,9 @@ Tension TcaLaw::tension(double delta, double T) const {
 
 double TcaLaw::energy(double delta, double T) const {
   // int_0^delta N, above the energy of the TCA that is held at its reference length.
-  const Quadrature& grid = quadrature();
+  const Quadrature& grid = quadrature(highest_order);
   double work = 0.0;
-  for (int k = 0; k < nodes; ++k) work += grid.w[k] * delta * tension(grid.s[k] * delta, T).value;
+  for (int k = 0; k < grid.nodes; ++k) work += grid.w[k] * delta * tension(grid.s[k] * delta, T).value;
   const double stroke = free_stroke(T);
   return work + 0.5 * stiffness_ * stroke * stroke;
 }

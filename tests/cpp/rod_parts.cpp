@@ -3,15 +3,19 @@
 
 #include <cmath>
 
-#include "kernel.hpp"
 #include "quadrature.hpp"
 #include "rotations.hpp"
 #include "tca.hpp"
 
 using namespace rod;
 
-TEST(RodQuadrature, IntegratesPolynomialsExactly) {
-  const Quadrature& grid = quadrature();
+class RodQuadrature : public testing::TestWithParam<int> {
+ protected:
+  const Quadrature& grid = quadrature(GetParam());
+  const int nodes = grid.nodes;
+};
+
+TEST_P(RodQuadrature, IntegratesPolynomialsExactly) {
   for (int degree = 0; degree < nodes; ++degree)
     for (int k = 0; k < nodes; ++k) {
       double sum = 0.0;
@@ -25,22 +29,31 @@ TEST(RodQuadrature, IntegratesPolynomialsExactly) {
   }
 }
 
-TEST(RodQuadrature, StationsEndAtTheTip) {
-  const Quadrature& grid = quadrature();
+TEST_P(RodQuadrature, KnowsThePolynomialsIntegrals) {
+  for (int a = 0; a < max_terms; ++a)
+    for (int k = 0; k < nodes; ++k) {
+      double sum = 0.0;
+      for (int j = 0; j < nodes; ++j) sum += grid.forward[j][k] * grid.legendre[a][j];
+      EXPECT_NEAR(grid.turned[a][k], sum, 1e-15);
+    }
+}
+
+TEST_P(RodQuadrature, StationsEndAtTheTip) {
   for (int j = 0; j < nodes; ++j) {
     EXPECT_NEAR(grid.stations.front()[j], 0.0, 1e-15);
     EXPECT_NEAR(grid.stations.back()[j], grid.w[j], 1e-15);
   }
 }
 
+INSTANTIATE_TEST_SUITE_P(Orders, RodQuadrature, testing::Values(3, 4, 7));
+
 namespace {
 
 /// Curvature k(s) = c0 + c1 s + c2 s^2 per component, as rotate_along wants it.
-IntervalCurvature sample(const double (&c)[3][3]) {
-  const Quadrature& grid = quadrature();
+IntervalCurvature sample(const Quadrature& grid, const double (&c)[3][3]) {
   IntervalCurvature kappa;
   double from = 0.0;
-  for (int e = 0; e < intervals; ++e) {
+  for (int e = 0; e < grid.intervals; ++e) {
     for (int g = 0; g < points; ++g) {
       const double s = from + grid.length[e] * (0.5 + 0.5 * std::sqrt(0.6) * (g - 1));
       for (int axis = 0; axis < 3; ++axis) kappa[g][axis][e] = c[axis][0] + s * (c[axis][1] + s * c[axis][2]);
@@ -71,20 +84,39 @@ std::array<double, 4> fine_tip(const double (&c)[3][3], int pieces) {
 TEST(RodRotations, ConstantCurvatureIsAnArcForAnyAngle) {
   for (double angle : {0.1, 3.0, 12.0, 80.0}) {  // 80 rad needs the wide turns
     const double c[3][3] = {{angle, 0, 0}, {0, 0, 0}, {0, 0, 0}};
-    RotationField R;
-    const auto tip = rotate_along(sample(c), R);
-    EXPECT_NEAR(std::abs(tip[0]), std::abs(std::cos(0.5 * angle)), 1e-13 * (1 + angle));
-    for (int k = 0; k < nodes; ++k)
-      EXPECT_NEAR(R.row1.at(k).y, std::cos(angle * quadrature().s[k]), 1e-13 * (1 + angle));
+    for (int order : {3, 4, 7}) {
+      const Quadrature& grid = quadrature(order);
+      RotationField R;
+      const auto tip = rotate_along(grid, sample(grid, c), R);
+      EXPECT_NEAR(std::abs(tip[0]), std::abs(std::cos(0.5 * angle)), 1e-13 * (1 + angle));
+      for (int k = 0; k < grid.nodes; ++k)
+        EXPECT_NEAR(R.row1.at(k).y, std::cos(angle * grid.s[k]), 1e-13 * (1 + angle));
+    }
   }
 }
 
 TEST(RodRotations, AgreesWithManySmallTurns) {
   const double c[3][3] = {{2.0, -3.0, 1.0}, {-1.0, 2.5, 2.0}, {0.5, 1.0, -3.0}};
+  const Quadrature& grid = quadrature(4);
   RotationField R;
-  const auto tip = rotate_along(sample(c), R);
+  const auto tip = rotate_along(grid, sample(grid, c), R);
   const auto coarse = fine_tip(c, 2000), fine = fine_tip(c, 4000);
   for (int i = 0; i < 4; ++i) EXPECT_NEAR(tip[i], fine[i] + (fine[i] - coarse[i]) / 3.0, 1e-10);
+}
+
+TEST(RodRotations, TurnsInAPlaneByAnyAngle) {
+  for (double widest : {0.1, 3.9, 50.0}) {  // the last one by one
+    Lane angle;
+    for (int k = 0; k < 12; ++k) angle[k] = widest * (k - 5) / 6.0;
+    RotationField R;
+    rotate_in_plane<3>(angle, R);
+    for (int k = 0; k < 12; ++k) {
+      const double c = std::cos(angle[k]), s = std::sin(angle[k]);
+      const Vec3 x = R.row0.at(k), y = R.row1.at(k), z = R.row2.at(k);
+      for (double error : {x.x - c, x.y, x.z - s, y.x, y.y - 1.0, y.z, z.x + s, z.y, z.z - c})
+        EXPECT_NEAR(error, 0.0, 5e-15);
+    }
+  }
 }
 
 TEST(RodTca, LawOfTheDefaultSet) {

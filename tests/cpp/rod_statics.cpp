@@ -50,7 +50,7 @@ TEST(RodStatics, WithoutLoadsBodyAndActuatorsCarryNoWrench) {
   const Work& work = bench.scratch.newton.work;
   // Strain is constant: the order-0 coefficients are the strains, and W = K (xi - xi*) + sum N [r x t; t] must vanish.
   for (int j = 6; j < bench.rod.unknowns(); ++j) EXPECT_NEAR(bench.state.q[j], 0.0, 1e-12);
-  for (int k = 0; k < nodes; ++k) {
+  for (int k = 0; k < quadrature(p.order).nodes; ++k) {
     Vec3 couple{section.stiffness[0] * bench.state.q[0] / p.body_length,
                 section.stiffness[1] * bench.state.q[1] / p.body_length,
                 section.stiffness[2] * bench.state.q[2] / p.body_length};

@@ -1,6 +1,9 @@
 // The exact derivatives against differences of the residual, at random states, for every strain set and order.
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <functional>
+
 #include "rod_support.hpp"
 
 using namespace rod;
@@ -20,21 +23,29 @@ Inputs all_loads() {
 
 using Residual = std::function<Vector(double)>;  // along one direction
 
-/// Central difference of order 4.
-Vector slope(const Residual& r, double e) { return (8.0 * (r(e) - r(-e)) - (r(2 * e) - r(-2 * e))) / (12.0 * e); }
+/// Central difference of order 4 whose step suits a residual that may turn sharply nearby: the best of three, as far as
+/// `exact` can tell.
+double error(const Residual& r, const Vector& exact, double widest = 1e-3) {
+  double least = INFINITY;
+  for (double e : {widest, widest / 3.0, widest / 10.0}) {
+    const Vector slope = (8.0 * (r(e) - r(-e)) - (r(2 * e) - r(-2 * e))) / (12.0 * e);
+    least = std::min(least, (slope - exact).norm());
+  }
+  return least;
+}
 
-class RodTangent : public testing::TestWithParam<std::tuple<Strains, int, Closure>> {
+constexpr double bound = 1e-10;
+
+class RodTangent : public testing::TestWithParam<std::tuple<Strains, bool, int, Closure>> {
  protected:
   Parameters parameters() const {
     Parameters p;
-    std::tie(p.strains, p.order, p.closure) = GetParam();
+    std::tie(p.strains, p.planar, p.order, p.closure) = GetParam();
+    p.plane = 0.3;
     p.body_retardation = 0.01;
     p.tca_helix[0] = 40.0;
     return p;
   }
-  /// Random strains of degree 7 vary so fast that the orientation's expansion of order 6 shows: R(q) is not to rounding
-  /// the R whose variation the tangent uses.
-  double bound() const { return std::get<1>(GetParam()) > 4 ? 1e-9 : 1e-10; }
 };
 
 }  // namespace
@@ -52,25 +63,21 @@ TEST_P(RodTangent, IsTheDerivativeOfTheResidual) {
     Matrix J;
     rod.tangent(work, weights, J);
     const RandomState d(n, seed + 100);
-    const Vector along = slope(
-        [&](double e) {
-          const Vector q = x.q + e * weights.q * d.q, v = x.v + e * weights.v * d.q, a = x.a + e * weights.a * d.q;
-          rod.residual(q.data(), v.data(), a.data(), loads, other, out);
-          return out;
-        },
-        1e-3);
-    EXPECT_LT((along - J * d.q).norm(), bound() * J.norm() * d.q.norm()) << "seed " << seed;
+    const auto along = [&](double e) {
+      const Vector q = x.q + e * weights.q * d.q, v = x.v + e * weights.v * d.q, a = x.a + e * weights.a * d.q;
+      rod.residual(q.data(), v.data(), a.data(), loads, other, out);
+      return out;
+    };
+    EXPECT_LT(error(along, J * d.q), bound * J.norm() * d.q.norm()) << "seed " << seed;
 
     Vector dr;
     rod.rate_derivative(work, d.v, d.a, dr);
-    const Vector rates = slope(
-        [&](double e) {
-          const Vector v = x.v + e * d.v, a = x.a + e * d.a;
-          rod.residual(x.q.data(), v.data(), a.data(), loads, other, out);
-          return out;
-        },
-        1e-3);
-    EXPECT_LT((rates - dr).norm(), bound() * rates.norm());
+    const auto rates = [&](double e) {
+      const Vector v = x.v + e * d.v, a = x.a + e * d.a;
+      rod.residual(x.q.data(), v.data(), a.data(), loads, other, out);
+      return out;
+    };
+    EXPECT_LT(error(rates, dr), bound * dr.norm()) << "seed " << seed;
   }
 }
 
@@ -84,14 +91,12 @@ TEST_P(RodTangent, StaticToo) {
   rod.residual(x.q.data(), nullptr, nullptr, loads, work, r);
   Matrix J;
   rod.tangent(work, {.q = 1.0}, J);
-  const Vector along = slope(
-      [&](double e) {
-        const Vector q = x.q + e * d.q;
-        rod.residual(q.data(), nullptr, nullptr, loads, other, out);
-        return out;
-      },
-      1e-3);
-  EXPECT_LT((along - J * d.q).norm(), bound() * J.norm() * d.q.norm());
+  const auto along = [&](double e) {
+    const Vector q = x.q + e * d.q;
+    rod.residual(q.data(), nullptr, nullptr, loads, other, out);
+    return out;
+  };
+  EXPECT_LT(error(along, J * d.q), bound * J.norm() * d.q.norm());
 }
 
 TEST_P(RodTangent, KnowsHowLoadsChange) {
@@ -102,16 +107,15 @@ TEST_P(RodTangent, KnowsHowLoadsChange) {
   Vector r, out, dr;
   rod.residual(x.q.data(), x.v.data(), x.a.data(), loads_at(u, 0.0), work, r);
   rod.load_derivative(work, loads_at(u, 0.0), load_rates_at(u, 0.0), dr);
-  const Vector along = slope(
-      [&](double t) {
-        rod.residual(x.q.data(), x.v.data(), x.a.data(), loads_at(u, t), other, out);
-        return out;
-      },
-      1e-2);
-  EXPECT_LT((along - dr).norm(), bound() * dr.norm());
+  const auto along = [&](double t) {
+    rod.residual(x.q.data(), x.v.data(), x.a.data(), loads_at(u, t), other, out);
+    return out;
+  };
+  EXPECT_LT(error(along, dr, 1e-2), bound * dr.norm());
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    AllSets, RodTangent,
-    testing::Combine(testing::Values(Strains::bending, Strains::extensible, Strains::kirchhoff, Strains::cosserat),
-                     testing::Values(0, 1, 4, 7), testing::Values(Closure::inside, Closure::exchanged)));
+INSTANTIATE_TEST_SUITE_P(AllSets, RodTangent,
+                         testing::Combine(testing::Values(Strains::bending, Strains::extensible, Strains::kirchhoff,
+                                                          Strains::cosserat),
+                                          testing::Bool(), testing::Range(0, highest_order + 1),
+                                          testing::Values(Closure::inside, Closure::exchanged)));
