@@ -100,6 +100,16 @@ def test_the_drawn_tcas_are_as_long_as_the_rod_says(result: xr.Dataset) -> None:
         np.testing.assert_allclose(chords - drawn.length, result["rod.delta"][:, i], atol=5e-6)
 
 
+def test_helical_routings_are_drawn_as_long_as_the_rod_says() -> None:
+    bent = tca.run("step", {"stop_time": 10, "coupling.macro_step": 1.0, "rod.tca.helix": [60, -40, 0]})
+    drawn = manipulator(bent, np.arange(11))
+    for i in range(3):
+        route = drawn.frames.sweep(drawn.route(i), np.arange(STATIONS))
+        chords = np.linalg.norm(np.diff(route, axis=1), axis=2).sum(axis=1)
+        # The cross-sections are drawn normal to the centreline, twisted evenly: 1 % of the displacement.
+        np.testing.assert_allclose(chords - chords[0], bent["rod.delta"][:, i], atol=5e-5)
+
+
 def test_moments_are_even_in_time_whatever_the_steps() -> None:
     times = np.concatenate([np.linspace(0.0, 1.0, 1000), np.arange(2.0, 11.0)])
     chosen = times[moments(xr.Dataset(coords={"time": times}), 11)]
@@ -119,6 +129,14 @@ def test_the_field_agrees_with_the_heat_model(result: xr.Dataset, seen: Field) -
 def test_the_field_follows_jumps_and_feedback(scene: str) -> None:
     computed = tca.run(tca.read(scene, ["stop_time=8"]))
     assert field(computed, "thermal", moments(computed, 41), 0).gap < 0.05
+
+
+def test_the_field_needs_no_signals(result: xr.Dataset) -> None:
+    """Voltages that another FMU sends are taken from the result itself."""
+    members = json.loads(result.attrs["members"])
+    members["thermal"]["signals"] = {}
+    sent = result.assign_attrs(members=json.dumps(members))
+    assert field(sent, "thermal", np.arange(49), 0).gap < 0.03
 
 
 def test_charts_have_units_and_leave_out_what_is_nothing(result: xr.Dataset) -> None:
