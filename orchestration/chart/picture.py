@@ -4,6 +4,7 @@ per panel. The best are at the lower left."""
 from __future__ import annotations
 
 import json
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -75,9 +76,8 @@ def _frame(axes: Axes, dataset: xr.Dataset, cost: str, edge: float) -> None:
 
 
 def _series(axes: Axes, points: xr.Dataset, cost: str, number: int, edge: float) -> None:
-    colour = COLOURS[number % len(COLOURS)]
     good = points.isel(point=np.flatnonzero(np.isfinite(points["error"])))
-    style = {"color": colour, "marker": MARKERS[number % len(MARKERS)], "markersize": 5.5, "linewidth": 1.2}
+    style = _style(number)
     if cost == "time":
         spread = [good["time"] - good["time_low"], good["time_high"] - good["time"]]
         axes.errorbar(good["error"], good["time"], spread, elinewidth=1.0, **style)
@@ -87,12 +87,17 @@ def _series(axes: Axes, points: xr.Dataset, cost: str, number: int, edge: float)
         axes.plot(good["error"], good["work"], **style)
     failed = points.isel(point=np.flatnonzero(~np.isfinite(points["error"])))
     if cost == "time" and failed.sizes["point"]:
-        axes.plot([edge] * failed.sizes["point"], failed["cold"], "x", color=colour, markersize=8, markeredgewidth=2)
+        cross = {"marker": "x", "linestyle": "", "color": style["color"], "markersize": 8, "markeredgewidth": 2}
+        axes.plot([edge] * failed.sizes["point"], failed["cold"], **cross)
 
 
 def _key(number: int, name: str) -> Line2D:
-    style = {"color": COLOURS[number % len(COLOURS)], "marker": MARKERS[number % len(MARKERS)]}
-    return Line2D([], [], label=name, markersize=5.5, linewidth=1.2, **style)
+    return Line2D([], [], label=name, **_style(number))
+
+
+def _style(number: int) -> dict[str, Any]:
+    looks = {"color": COLOURS[number % len(COLOURS)], "marker": MARKERS[number % len(MARKERS)]}
+    return {**looks, "markersize": 5.5, "linewidth": 1.2}
 
 
 def _below(dataset: xr.Dataset) -> str:

@@ -4,12 +4,13 @@ the tip at 0.1 s against CPU time, undamped and damped."""
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ..peers import Row
+from ..peers.table import Row
 from .norm import front
 from .picture import COLOURS, FAILED, MARKERS
 
@@ -44,7 +45,7 @@ def _panel(axes: Axes, rows: Sequence[Row], codes: Sequence[tuple[str, int]]) ->
         label = f"{code}, {'planar' if dim == 2 else 'spatial'}"
         good = [row for row in own if np.isfinite(row.error)]
         spread = [[row.cpu - row.cpu_low for row in good], [row.cpu_high - row.cpu for row in good]]
-        style = {"color": COLOURS[k], "marker": MARKERS[k], "markersize": 6, "linestyle": ""}
+        style: dict[str, Any] = {"color": COLOURS[k], "marker": MARKERS[k], "markersize": 6, "linestyle": ""}
         axes.errorbar([row.error for row in good], [row.cpu for row in good], spread, label=label, **style)
         for row in own:
             if not np.isfinite(row.largest_error):  # unstable: at the edge

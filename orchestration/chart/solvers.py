@@ -14,10 +14,12 @@ import numpy as np
 import xarray as xr
 
 from .. import monolith, reference, results
+from ..archive import Variable
 from ..closing import closed_inside
 from ..errors import CosimError
 from ..fidelity import fit
 from ..fidelity.ladder import applied
+from ..master import StepLog
 from ..scene import Scene, read
 from ..simulate import prepared, recorded
 from .norm import QUANTITIES
@@ -31,6 +33,8 @@ class Solver(Protocol):
 
     settings: ClassVar[tuple[str, ...]]
     work: float
+
+    def __init__(self, source: str, overrides: Sequence[str], times: np.ndarray, **settings: Any) -> None: ...
 
     def ready(self) -> None:
         """Back to the start, as if nothing had been run."""
@@ -60,10 +64,10 @@ class CoSimulation:
         self._start = master.place()
         self._open.callback(master.release, self._start)
         master.save(self._start)
-        self._first, self._logs = master.observe(), []
+        self._first, self._logs = master.observe(), list[StepLog]()
         self.work = 0.0
         for slave in self._ready.slaves:  # while the first run is watched
-            slave.step = partial(self._counted, slave.step)
+            vars(slave)["step"] = partial(self._counted, slave.step)
 
     def ready(self) -> None:
         for slave in self._ready.slaves:
@@ -75,7 +79,7 @@ class CoSimulation:
         self._logs = list(self._ready.steps(watch, self._times))
 
     def result(self) -> xr.Dataset:
-        names = {m.name: recorded(m) for m in self.scene.members}
+        names: dict[str, Sequence[Variable]] = {m.name: recorded(m) for m in self.scene.members}
         return results.collect(self.scene, names, self._first, self._logs, "complete")
 
     def close(self) -> None:
@@ -110,7 +114,7 @@ class Monolith:
         self.scene = closed_inside(read(source, overrides))
         self._times, self._tolerance = times, tolerance
         self._open = contextlib.ExitStack()
-        self._logs: list = []
+        self._logs: list[StepLog] = []
         self.work = 0.0
         self._assemble()
         rates = self._system.rates
@@ -119,7 +123,7 @@ class Monolith:
             self.work += 1
             return rates()
 
-        self._system.rates = counted
+        vars(self._system)["rates"] = counted
 
     def ready(self) -> None:
         self._open.close()
