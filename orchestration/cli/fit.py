@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from itertools import zip_longest
 from pathlib import Path
 from typing import Annotated
 
@@ -31,15 +33,16 @@ def command(
     study: Annotated[bool, typer.Option("--study", help="Run all levels too, for the cheapest that is enough")] = False,
     folder: Folder = Path("results"),
 ) -> None:
-    """Chooses models no larger than a scene needs for what it asks, and says why; writes NAME.fit.nc."""
+    """Chooses models no larger than a scene needs for what it asks, and says why; writes NAME.fit.nc, with several
+    tolerances NAME.fit.TOLERANCE.nc."""
     extras = ["true error"] * (audit or study) + ["cheapest [s]", "ratio"] * study
     table = Table("scene", "tolerance", "estimate", "run [s]", "search [s]", *extras)
     asked = [f"fidelity.quantities={list(quantities)!r}"] if quantities else []
+    wanted = [[f"fidelity.tolerance={tolerance}"] for tolerance in tolerances] or [[]]
     with reported():
         for name in scenes:
-            for tolerance in tolerances or [None]:
-                wanted = [] if tolerance is None else [f"fidelity.tolerance={tolerance}"]
-                table.add_row(*_one(read(name, [*override, *asked, *wanted]), audit, study, folder))
+            for row in _rows([read(name, [*override, *asked, *each]) for each in wanted], audit, study, folder):
+                table.add_row(*row)
         out.print(table)
 
 
@@ -48,24 +51,20 @@ def explain(record: dict[str, object]) -> None:
     out.print(*record["reasons"], sep="\n", highlight=False, markup=False, soft_wrap=True)
 
 
-def _one(scene: Scene, audit: bool, study: bool, folder: Path) -> list[str]:
-    """Chooses, runs and writes; the cells of its row."""
+def _rows(scenes: list[Scene], audit: bool, study: bool, folder: Path) -> Iterator[list[str]]:
+    """Chooses, runs and writes for one scene and several tolerances; the cells of a row each."""
     with Progress(*Progress.get_default_columns(), console=out, transient=True) as bar:
-        task = bar.add_task(scene.name, total=None)
-        found = fidelity.fit(scene, lambda choice, estimate: bar.advance(task))
-        studied = fidelity.study(found, lambda done, of: bar.update(task, completed=done, total=of)) if study else None
-        true = studied.chosen.error if studied else fidelity.audit(found) if audit else None
-    result = found.result(true)
-    results.write(result, folder / f"{scene.name}.fit.nc")
-    explain(found.record(true))
-    written(folder / f"{scene.name}.fit.nc")
-    cost = (studied.chosen if studied else found.run).cost
-    row = [
-        scene.name,
-        f"{scene.asked.tolerance:g}",
-        f"{found.found.estimate:.2e}",
-        f"{cost:.3f}",
-        f"{found.search:.2f}",
-    ]
-    row += [] if true is None else [f"{true:.2e}"]
-    return row + ([f"{studied.best.cost:.3f}", f"{studied.ratio:.2f}"] if studied else [])
+        task = bar.add_task(scenes[0].name, total=None)
+        founds = [fidelity.fit(scene, lambda choice, estimate: bar.advance(task)) for scene in scenes]
+        judged = fidelity.study(founds, lambda done, of: bar.update(task, completed=done, total=of)) if study else []
+        errors = [j.chosen.error for j in judged] or [fidelity.audit(f) if audit else None for f in founds]
+    for found, true, judgement in zip_longest(founds, errors, judged):
+        asked = found.scene.asked.tolerance
+        path = folder / (f"{found.scene.name}.fit.nc" if len(scenes) == 1 else f"{found.scene.name}.fit.{asked:g}.nc")
+        results.write(found.result(true), path)
+        explain(found.record(true))
+        written(path)
+        cost = (judgement.chosen if judgement else found.run).cost
+        row = [found.scene.name, f"{asked:g}", f"{found.found.estimate:.2e}", f"{cost:.3f}", f"{found.search:.2f}"]
+        row += [] if true is None else [f"{true:.2e}"]
+        yield row + ([f"{judgement.best.cost:.3f}", f"{judgement.ratio:.2f}"] if judgement else [])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import product
 
@@ -13,7 +13,7 @@ from .runs import Runs
 
 __all__ = ["Level", "Study", "candidates", "study"]
 
-_STEPS = (1, 3, 5)  # rungs of the rod's tolerance that are tried where time steps cost
+_STEPS = (1, 4)  # rungs of the rod's tolerance that are tried where time steps cost
 _REPEATS = 5  # of the runs whose cost decides; the least counts
 _DECIDING = 4  # levels that are run again, the cheapest by their first run
 
@@ -27,6 +27,8 @@ class Level:
 
 @dataclass(frozen=True)
 class Study:
+    """Of one choice."""
+
     levels: tuple[Level, ...]
     chosen: Level
     best: Level  # the cheapest that meets the tolerance
@@ -36,29 +38,39 @@ class Study:
         return self.chosen.cost / self.best.cost
 
 
-def candidates(axes: Ladder, choice: Choice) -> Iterator[Choice]:
-    """All models of the rod, and lumped heat; heat and macro step of the choice otherwise: they cost next to nothing,
-    or are the least there is."""
+def candidates(axes: Ladder, choices: Sequence[Choice]) -> Iterator[Choice]:
+    """All models of the rod with the choices' finest heat and longest macro step, both of which cost next to nothing
+    or nothing, and the least model of the heat with the rods chosen."""
+    finest = {a.name: max(choice[a.name] for choice in choices) for a in axes}
+    fixed = {**finest, "macro": min(choice["macro"] for choice in choices)}
     rungs = {a.name: range(len(a.rungs)) for a in axes if a.name in ("strains", "inertia", "order")}
-    heats = {choice["heat"], 0} if "heat" in choice else {None}
-    for heat, *values in product(heats, *rungs.values()):
-        level = {**choice, **dict(zip(rungs, values, strict=True)), **({} if heat is None else {"heat": heat})}
-        steps = _STEPS if level.get("inertia") else [choice["step"]] if "step" in choice else [None]
-        yield from ({**level, **({} if step is None else {"step": step})} for step in steps)
+    for values in product(*rungs.values()):
+        level = {**fixed, **dict(zip(rungs, values, strict=True))}
+        yield from ({**level, "step": step} for step in _STEPS) if level.get("inertia") else [level]
+    yield from ({**choice, "heat": 0} for choice in choices if "heat" in choice)
 
 
-def study(found: Fit, tell: Callable[[int, int], None] = lambda done, of: None) -> Study:
-    """Runs all candidates and the top level over the whole scene. tell(done, of): progress."""
-    runs, stop, tolerance = Runs(found.scene), found.scene.stop_time, found.scene.asked.tolerance
-    truth = top(found.ladder, found.found.choice)
-    tried = [c for c in candidates(found.ladder, found.found.choice) if c != found.found.choice]
-    levels = []
-    for choice in (found.found.choice, *tried):
-        levels.append(Level(choice, runs.gap(choice, truth, stop), _cost(runs, choice, stop)))
-        tell(len(levels), len(tried) + 1)
-    good = sorted((level for level in levels if level.error <= tolerance), key=lambda level: level.cost)
-    deciding = [levels[0], *(level for level in good[:_DECIDING] if level is not levels[0])]
-    again = _measured(found, deciding)
+def study(founds: Sequence[Fit], tell: Callable[[int, int], None] = lambda done, of: None) -> list[Study]:
+    """Of choices for one scene and several tolerances: runs them, all candidates and the top level over the whole
+    scene. tell(done, of): progress."""
+    scene, axes = founds[0].scene, founds[0].ladder
+    chosen = [found.found.choice for found in founds]
+    runs, stop = Runs(scene), scene.stop_time
+    truth = top(axes, max(chosen, key=lambda choice: choice["macro"]))
+    tried = list({tuple(sorted(c.items())): c for c in (*chosen, *candidates(axes, chosen))}.values())
+    levels = {}
+    for choice in tried:
+        levels[tuple(sorted(choice.items()))] = Level(choice, runs.gap(choice, truth, stop), _cost(runs, choice, stop))
+        tell(len(levels), len(tried))
+    return [_judged(found, levels[tuple(sorted(found.found.choice.items()))], levels.values()) for found in founds]
+
+
+def _judged(found: Fit, chosen: Level, levels: Sequence[Level]) -> Study:
+    good = [level for level in levels if level.error <= found.scene.asked.tolerance and level is not chosen]
+    deciding = [chosen, *sorted(good, key=lambda level: level.cost)[:_DECIDING]]
+    stop = found.scene.stop_time
+    rounds = [[Runs(found.scene)(level.choice, stop).cost for level in deciding] for _ in range(_REPEATS)]
+    again = [Level(v.choice, v.error, min(costs)) for v, *costs in zip(deciding, *rounds, strict=True)]
     return Study(tuple(levels), again[0], min(again, key=lambda level: level.cost))
 
 
@@ -67,13 +79,3 @@ def _cost(runs: Runs, choice: Choice, stop: float) -> float:
         return runs(choice, stop).cost
     except CosimError:
         return float("inf")
-
-
-def _measured(found: Fit, levels: list[Level]) -> list[Level]:
-    """The levels with their least cost of several runs, in turn."""
-    stop = found.scene.stop_time
-    rounds = [[Runs(found.scene)(level.choice, stop).cost for level in levels] for _ in range(_REPEATS)]
-    return [
-        Level(level.choice, level.error, min(costs))
-        for level, costs in zip(levels, zip(*rounds, strict=True), strict=True)
-    ]
