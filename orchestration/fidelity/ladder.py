@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 from ..archive import kept
 from ..closing import closed_inside
-from ..scene import Coupling, Member, Scene
+from ..scene import Member, Scene
 from .symmetry import plane
 
 __all__ = ["Axis", "Choice", "Ladder", "applied", "ladder", "settings"]
@@ -99,14 +99,14 @@ def settings(scene: Scene, choice: Choice) -> dict[str, Value]:
 
 
 def applied(scene: Scene, choice: Choice) -> Scene:
-    """The scene with that choice: loops closed inside the rod, the coupling of the package's defaults. Its FMUs stay
-    unpacked until the process ends."""
+    """The scene with that choice: loops closed inside the rod, macro steps of one length. Its FMUs stay unpacked until
+    the process ends."""
     chosen = settings(scene, choice)
     members = tuple(
         _set(m, {k.removeprefix(f"{m.name}."): v for k, v in chosen.items() if k.startswith(f"{m.name}.")})
         for m in scene.members
     )
-    coupling = Coupling(macro_step=chosen["coupling.macro_step"])
+    coupling = replace(scene.coupling, macro_step=chosen["coupling.macro_step"], control="fixed")
     asked = replace(scene.asked, level="given")
     return closed_inside(replace(scene, members=members, coupling=coupling, asked=asked))
 

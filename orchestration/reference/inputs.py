@@ -15,7 +15,7 @@ from .heat import HeatData
 from .rod import RodData, WireLaw
 from .section import Section
 
-__all__ = ["Inputs", "breaks", "heat_data", "member", "rod_data"]
+__all__ = ["Inputs", "breaks", "heat_data", "rod_data"]
 
 
 @dataclass(frozen=True)
@@ -35,11 +35,6 @@ class Inputs:
         return np.array([signal.polynomial(t, towards or 1e-9 * (b - a))[0] for signal in self.signals])
 
 
-def member(scene: Scene, model: str) -> Member | None:
-    """The member whose FMU is that model."""
-    return next((m for m in scene.members if m.archive.description.modelName == model), None)
-
-
 def breaks(scene: Scene) -> np.ndarray:
     """Times [s] inside the run at which an input jumps or bends."""
     found = {t for m in scene.members for signal in m.signals.values() for t in signal.breaks}
@@ -47,11 +42,6 @@ def breaks(scene: Scene) -> np.ndarray:
 
 
 def heat_data(thermal: Member) -> HeatData:
-    if thermal.value("tca.beta"):
-        raise SceneError(
-            f"reference: {thermal.name}.tca.beta = {thermal.value('tca.beta')}: heat that depends on the shape is not "
-            "covered; allowed: 0"
-        )
     v = _Values(thermal)
     section = Section(
         v["body.radius"], v["tca.outer_radius"], v["tca.inner_radius"], v["tca.offset"], tuple(v.all("tca.azimuth"))

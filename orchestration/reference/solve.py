@@ -1,5 +1,5 @@
-"""A scene, solved by other methods than the FMUs' and without a master: heat first, since the shape does not act on it,
-then the rod with its TCAs as one system."""
+"""A scene, solved by other methods than the FMUs' and without a master: heat first, then the rod with its TCAs as one
+system; again and again where the shape acts on the heat."""
 
 from __future__ import annotations
 
@@ -12,18 +12,21 @@ from itertools import pairwise
 
 import numpy as np
 import xarray as xr
+from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
 
-from ..errors import SceneError
+from ..errors import SceneError, SubsystemError
 from ..scene import Member, Scene
 from .dynamics import Mover
 from .heat import HeatCourse, Matrices, heat
-from .inputs import Inputs, breaks, heat_data, member, rod_data
+from .inputs import Inputs, breaks, heat_data, rod_data
 from .rod import Loads, RodData
 from .statics import equilibrium
 
 __all__ = ["Resolution", "prepared", "run"]
 
+_PASSES = 40  # over a whole scene whose shape acts on its heat
+_SETTLED = 1e-8  # share of the length
 _BATCH = 400  # equilibria found at once: what fits into a cache
 
 Course = Callable[[float, float, float], np.ndarray]  # (t, a, b) as Inputs
@@ -58,7 +61,7 @@ def prepared(
 ) -> Callable[[], xr.Dataset]:
     """run() with the scene checked, the mesh made and its matrices assembled; to be called as often as wanted."""
     resolution = resolution or Resolution()
-    thermal, rod = member(scene, "thermal"), member(scene, "rod")
+    thermal, rod = scene.model("thermal"), scene.model("rod")
     _check(scene, thermal, rod)
     wanted = None if times is None else np.asarray(times, dtype=float)
     pieces = _pieces(scene, wanted)
@@ -70,22 +73,65 @@ def prepared(
         volts, ambient = Inputs.of(thermal, "V"), Inputs.of(thermal, "T_ambient")
         warm = lambda t, a, b: float(ambient(t, a, b)[0])  # noqa: E731
 
+    def passed(shift: Callable[[float], np.ndarray | float]) -> tuple[HeatCourse | None, dict[str, np.ndarray]]:
+        """Heat first, then the rod."""
+        course = heat(data, volts, warm, pieces, 0.0, resolution.heat_step, matrices, shift) if thermal else None
+        if not rod:
+            return course, {}
+        loads = _loads(scene, rod, thermal, course)
+        move = _moving if rod.value("dynamic") else _resting
+        return course, move(rod_data(rod), loads, pieces, bool(rod.value("start_at_equilibrium")), resolution)
+
     def solve() -> xr.Dataset:
         dataset = xr.Dataset(coords={"time": ("time", marks[keep], {"units": "s", "long_name": "time"})})
-        course = None
-        if thermal:
-            course = heat(data, volts, warm, pieces, step=resolution.heat_step, matrices=matrices)
-            rows = {"T": course.T, "P": course.P, "E_stored": course.stored, "Q_loss": course.loss}
-            _add(dataset, thermal, {name: values[keep] for name, values in rows.items()})
+        course, moved = passed(lambda t: 0.0)
+        if thermal and rod and thermal.value("tca.beta"):
+            course, moved = _fed_back(scene, thermal, rod, pieces, passed, moved["delta"])
+        if course:
+            heated = {"T": course.T, "P": course.P, "E_stored": course.stored, "Q_loss": course.loss}
+            _add(dataset, thermal, {name: values[keep] for name, values in heated.items()})
         if rod:
-            loads = _loads(scene, rod, thermal, course)
-            move = _moving if rod.value("dynamic") else _resting
-            rows = move(rod_data(rod), loads, pieces, bool(rod.value("start_at_equilibrium")), resolution)
-            _add(dataset, rod, {name: values[keep] for name, values in rows.items()})
+            _add(dataset, rod, {name: values[keep] for name, values in moved.items()})
         dataset.attrs = _about(scene, resolution)
         return dataset
 
     return solve
+
+
+def _fed_back(
+    scene: Scene,
+    thermal: Member,
+    rod: Member,
+    pieces: list[np.ndarray],
+    passed: Callable[..., tuple[HeatCourse | None, dict[str, np.ndarray]]],
+    delta: np.ndarray,
+) -> tuple[HeatCourse | None, dict[str, np.ndarray]]:
+    """Resistances that follow the displacements, R (1 + beta delta/L): whole courses again and again, since what comes
+    later does not act on what was before. Splines between the outputs. Raises SubsystemError."""
+    scale = float(thermal.value("tca.beta") or 0.0) / float(thermal.value("body.length") or 1.0)
+    own, sources = Inputs.of(thermal, "delta"), {c.target: c.source for c in scene.connections}
+    wired = [sources.get((thermal.name, name)) for name in thermal.archive.vectors["delta"]]
+    columns = [rod.archive.vectors["delta"].index(source[1]) if source else None for source in wired]
+    ends = np.cumsum([piece.size - 1 for piece in pieces])
+    for _ in range(_PASSES):
+        splines = [
+            CubicSpline(piece, delta[end - piece.size + 1 : end + 1]) for piece, end in zip(pieces, ends, strict=True)
+        ]
+
+        def shift(t: float, splines: list[CubicSpline] = splines) -> np.ndarray:
+            number = min(int(np.searchsorted([piece[-1] for piece in pieces], t)), len(pieces) - 1)
+            found, given = splines[number](t), own(t, pieces[number][0], pieces[number][-1])
+            return scale * np.array([given[k] if c is None else found[c] for k, c in enumerate(columns)])
+
+        course, moved = passed(shift)
+        change = float(np.abs(moved["delta"] - delta).max())
+        delta = moved["delta"]
+        if change <= _SETTLED * float(thermal.value("body.length") or 1.0):
+            return course, moved
+    raise SubsystemError(
+        f"reference: the feedback of displacements on resistances does not settle in {_PASSES} passes (last change "
+        f"{change:.3g} m); make thermal.tca.beta or the stop time smaller"
+    )
 
 
 def _check(scene: Scene, thermal: Member | None, rod: Member | None) -> None:
