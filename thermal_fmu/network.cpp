@@ -3,11 +3,17 @@
 // a symmetric positive matrix whose inverse is the conductance matrix: steady states are exact. The shapes that belong
 // to a unit of one node split the heat capacity among the nodes; together they are the uniform temperature, so none is
 // lost. The surface meets the surroundings through h times its area, no TCA does.
+//
+// Means are no points: among many TCAs, or wide ones, a mean may cool another one behind its neighbours, which no
+// resistors do. Then the nearest network of positive ones is taken. Likewise no capacity is less than what an annulus
+// or the surface itself must store. The error so made is in the published bound, measured on the network as it is.
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <cmath>
+#include <utility>
+#include <vector>
 
 #include "modal_model.hpp"
 
@@ -19,12 +25,51 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr Index kNodes = kChannels;
+constexpr double kRounding = 1e-12;  // of the largest conductance
 
 /// Step response of seeing channel i from channel j at time t.
 double step_response(const ModalModel& m, Index i, Index j, double t) {
   double sum = 0.0;
   for (Index k = 0; k < m.size(); ++k) sum -= m.load(k, i) * m.load(k, j) * std::expm1(-m.rate[k] * t) / m.rate[k];
   return sum;
+}
+
+double largest_between(const MatrixXd& conductance) {
+  double largest = -1e300;  // of the off-diagonals, which are not positive in a network
+  for (Index i = 0; i < kNodes; ++i)
+    for (Index j = 0; j < i; ++j) largest = std::max(largest, conductance(i, j));
+  return largest;
+}
+
+/// Off-diagonals that are not positive and answer most nearly like the resistances R: with conductances g over edges
+/// between nodes, least squares of R^(1/2) G(g) R^(1/2) - 1, where edges that come out negative go one by one.
+MatrixXd nearest_network(const MatrixXd& R, double surface_conductance) {
+  std::vector<std::pair<Index, Index>> edges;
+  for (Index i = 0; i < kNodes; ++i)
+    for (Index j = i + 1; j < kNodes; ++j) edges.emplace_back(i, j);
+  const auto square = [](double x) { return x * x; };
+  const auto across = [&](const auto& a, const auto& b) {
+    return R(a.first, b.first) - R(a.first, b.second) - R(a.second, b.first) + R(a.second, b.second);
+  };
+  VectorXd g;
+  for (Index worst = -1; !edges.empty(); edges.erase(edges.begin() + worst)) {
+    const auto n = static_cast<Index>(edges.size());
+    MatrixXd products(n, n);
+    VectorXd wanted(n);
+    for (Index a = 0; a < n; ++a) {
+      for (Index b = 0; b < n; ++b) products(a, b) = square(across(edges[a], edges[b]));
+      wanted[a] = across(edges[a], edges[a]) -
+                  surface_conductance * square(R(edges[a].first, kNodes - 1) - R(edges[a].second, kNodes - 1));
+    }
+    g = products.ldlt().solve(wanted);
+    if (g.minCoeff(&worst) >= 0.0) break;
+  }
+  MatrixXd conductance = MatrixXd::Zero(kNodes, kNodes);
+  for (std::size_t e = 0; e < edges.size(); ++e) {
+    const auto [i, j] = edges[e];
+    conductance(i, j) = conductance(j, i) = -g[static_cast<Index>(e)];
+  }
+  return conductance;
 }
 
 }  // namespace
@@ -38,7 +83,18 @@ Network network(const HeatMatrices& matrices) {
   Network net;
   net.conductance = resistance.llt().solve(MatrixXd::Identity(kNodes, kNodes));
   net.conductance = 0.5 * (net.conductance + net.conductance.transpose()).eval();
+  if (largest_between(net.conductance) > kRounding * net.conductance.maxCoeff())
+    net.conductance = nearest_network(resistance, matrices.surface_conductance);
+  net.conductance = net.conductance.cwiseMin(0.0).eval();
+  net.conductance.diagonal().setZero();
+  net.conductance.diagonal() = -net.conductance.rowwise().sum();
+  net.conductance(kNodes - 1, kNodes - 1) += matrices.surface_conductance;
+
   net.capacity = net.conductance * (responses.transpose() * matrices.mass);
+  // What a mean of 1 K cannot do without, by Cauchy's inequality; these places do not overlap.
+  const VectorXd least = (means.cwiseAbs2().transpose() * matrices.mass.cwiseInverse()).cwiseInverse();
+  const VectorXd more = (net.capacity - least).cwiseMax(0.0);
+  net.capacity = least + more * ((matrices.mass.sum() - least.sum()) / more.sum());
   return net;
 }
 

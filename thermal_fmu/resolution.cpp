@@ -60,7 +60,7 @@ HeatMatrices resolved_matrices(const Parameters& parameters) {
     const double change_here = change(here, before);
     if (change_before > 0.0) ratio = std::min(0.95, change_here / change_before);
     const double changes_to_come = change_here * ratio / (1.0 - ratio);  // geometric series
-    if (changes_to_come <= 2.0 * parameters.tolerance) return matrices;
+    if (changes_to_come <= parameters.tolerance) return matrices;
     before = std::move(here);
     change_before = change_here;
   }

@@ -8,8 +8,8 @@ namespace thermal {
 
 inline constexpr int kLeastOrder = 3, kHighestOrder = 10;
 
-/// Matrices of the lowest order after which further orders are expected to change responses by at most twice
-/// `tolerance` of the steady rise, or of kHighestOrder. Throws std::invalid_argument as heat_matrices does.
+/// Matrices of the lowest order after which further orders are expected to change responses by at most `tolerance` of
+/// the steady rise, or of kHighestOrder. Throws std::invalid_argument as heat_matrices does.
 HeatMatrices resolved_matrices(const Parameters& parameters);
 
 }  // namespace thermal

@@ -200,7 +200,7 @@ TEST(Extremes, ContrastsAndTransferOverDecadesKeepTheTolerance) {
         Drive drive;
         drive.V[0][0] = 1.0;
         const double gap = largest_gap(run_of(p), run_of(fine, 6), drive, 3.0 / coarse.rate[0]);
-        EXPECT_LT(gap, 5.0 * p.tolerance * rise) << "k " << k << ", rho_c " << rho_c << ", h " << h;
+        EXPECT_LT(gap, 3.0 * p.tolerance * rise) << "k " << k << ", rho_c " << rho_c << ", h " << h;
       }
 }
 

@@ -1,0 +1,75 @@
+// The network behind `lumped` for random geometries, materials and surroundings: whatever is not refused is a network
+// of positive resistors and capacitors, with all the heat, stable, and as far from the mesh as it says.
+#include <gtest/gtest.h>
+
+#include <numbers>
+#include <random>
+
+#include "thermal_scene.hpp"
+
+namespace thermal {
+namespace {
+
+/// Of all that the parameters admit, within 1000 either way of the start values where they know no end.
+Parameters random_parameters(std::mt19937& random) {
+  const auto uniform = [&](double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random);
+  };
+  const auto contrast = [&](double value, double factor) { return value * std::pow(factor, uniform(-1.0, 1.0)); };
+  Parameters p;
+  p.level = Level::lumped;
+  p.body.radius = contrast(5e-3, 10.0);
+  p.tca.outer_radius = p.body.radius * uniform(0.02, kTcas == 1 ? 0.9 : 0.45);
+  p.tca.inner_radius = p.tca.outer_radius * uniform(0.02, 0.95);
+  p.tca.offset = uniform(0.0, p.body.radius - p.tca.outer_radius);
+  const double turn = uniform(-10.0, 10.0), unevenness = uniform(0.0, 1.0);
+  for (std::size_t i = 0; i < kTcas; ++i) {
+    p.tca.azimuth[(5 * i) % kTcas] =
+        turn + 2.0 * std::numbers::pi / kTcas * (static_cast<double>(i) + unevenness * uniform(-0.5, 0.5));
+  }
+  p.tca.k = contrast(0.19, 1e3);
+  p.tca.rho_c = contrast(0.969e6, 1e3);
+  p.h = std::pow(10.0, uniform(-3.0, 4.0));
+  return p;
+}
+
+TEST(Network, IsPositiveForEveryGeometryAndMaterial) {
+  std::mt19937 random(7);
+  int built = 0;
+  for (int trial = 0; built < 40 && trial < 10000; ++trial) {
+    const Parameters p = random_parameters(random);
+    HeatMatrices m;
+    try {
+      m = heat_matrices(p, 3);
+    } catch (const std::invalid_argument&) {
+      continue;  // does not fit
+    }
+    ++built;
+    SCOPED_TRACE("trial " + std::to_string(trial));
+    const Network net = network(m);
+    EXPECT_GT(net.capacity.minCoeff(), 0.0) << net.capacity.transpose();
+    EXPECT_NEAR(net.capacity.sum(), m.mass.sum(), 1e-9 * m.mass.sum());
+    const double largest = net.conductance.cwiseAbs().maxCoeff();
+    for (int i = 0; i < kChannels; ++i) {
+      for (int j = 0; j < i; ++j) {
+        EXPECT_LE(net.conductance(i, j), 0.0) << i << ", " << j << "\n" << net.conductance;
+        EXPECT_EQ(net.conductance(i, j), net.conductance(j, i));
+      }
+      const double outward = net.conductance.row(i).sum();
+      EXPECT_NEAR(outward, i + 1 == kChannels ? m.surface_conductance : 0.0, 1e-12 * largest);
+    }
+    const ModalModel fine = reduced(m, 1e-3), model = lumped(m, fine);
+    EXPECT_GT(model.rate.minCoeff(), 0.0);
+    const auto steady = [](const ModalModel& of, int i) {
+      return of.load.col(i).cwiseAbs2().cwiseQuotient(of.rate).sum();
+    };
+    for (int i = 0; i < static_cast<int>(kTcas); ++i) {
+      EXPECT_LE(std::abs(steady(model, i) - steady(fine, i)), model.step_bound(i, i));
+      EXPECT_NEAR(steady(model, i) / steady(fine, i), 1.0, 0.1) << "TCA " << i;
+    }
+  }
+  EXPECT_EQ(built, 40);
+}
+
+}  // namespace
+}  // namespace thermal
