@@ -14,29 +14,40 @@ import pytest
 from orchestration.archive import Archive, find_fmu
 from orchestration.peers import compare, ours, write
 from orchestration.peers.release import Release
-from orchestration.peers.table import OURS, Row, rate
+from orchestration.peers.table import OURS, Row, rate, summary
 
 
 def row(
-    code: str, cpu: float, error: float, largest: float = math.inf, often: bool = True, damped: bool = False
+    code: str,
+    cpu: float,
+    error: float,
+    largest: float = math.inf,
+    often: bool = True,
+    damped: bool = False,
+    dim: int = 3,
 ) -> Row:
-    return Row(code, damped, "", often, cpu, cpu, cpu, 1 / cpu, error, largest)
+    return Row(code, damped, dim, "", often, cpu, cpu, cpu, 1 / cpu, error, largest)
 
 
 def test_ratio_is_to_our_fastest_row_that_is_as_good() -> None:
     rows = [
         row(OURS, 1.0, 50.0, 900.0, often=False),
         row(OURS, 4.0, 10.0, 20.0),
+        row(OURS, 0.5, 15.0, dim=2),
         row(OURS, 0.1, 1.0, 1.0, damped=True),
         row("other", 8.0, 60.0, 100.0),
         row("other", 8.0, 20.0),
         row("other", 8.0, 9.0),
         row("other", 8.0, math.nan, math.nan),
     ]
-    rated = [(r.ratio, r.ratio_every_10_ms, r.ratio_largest) for r in rate(rows) if r.code == "other"]
+    rated = rate(rows)
+    ratios = [(r.ratio, r.ratio_every_10_ms, r.ratio_largest, r.ratio_spatial) for r in rated if r.code == "other"]
     nothing = math.nan
-    expected = [(8, 2, 2), (2, 2, 8), (nothing, nothing, 8), (nothing, nothing, nothing)]
-    np.testing.assert_array_equal(rated, expected)
+    expected = [(16, 16, 2, 8), (16, 16, 16, 2), (nothing, nothing, 16, nothing), (nothing,) * 4]
+    np.testing.assert_array_equal(ratios, expected)
+    (line,) = summary(rated)
+    assert line.startswith("other, spatial, undamped: CPU time at equal error")
+    assert line.endswith("to ours 16 to 16, every 10 ms 16 to 16, in space 2 to 8 times")
 
 
 @pytest.mark.parametrize(("damped", "allowed"), [(False, 12e-6), (True, 4e-6)])  # m; order and tolerance set them
@@ -46,7 +57,9 @@ def test_our_finest_rows_meet_the_reference(damped: bool, allowed: float) -> Non
         finest = [
             setting for setting in ours.settings(damped) if setting["order"] >= 4 and setting["tolerance"] <= 1e-3
         ]
-        assert {setting["outputs"] for setting in finest} == {5, 100}
+        assert {(setting["dim"], setting["outputs"]) for setting in finest} == {
+            (d, n) for d in (2, 3) for n in (5, 100)
+        }
         for setting in finest:
             tip = ours.CODE.prepare(release, setting)()
             assert np.linalg.norm(tip - release.reference, axis=1).max() < allowed

@@ -1,4 +1,4 @@
-"""rod.fmu through its C functions: three-dimensional, all six strains."""
+"""rod.fmu through its C functions: in space with all six strains, and planar with the three of its plane."""
 
 from __future__ import annotations
 
@@ -18,9 +18,14 @@ _DAMPED = ((1, 0.1), (2, 0.1), (2, 1e-3), (2, 1e-4), (3, 0.01), (3, 1e-4), (4, 1
 
 
 def settings(damped: bool) -> list[Setting]:
-    """outputs: 5, at the reference's times only, else so many at equal intervals."""
+    """dim: 3 in space, 2 planar; outputs: 5, at the reference's times only, else so many at equal intervals."""
     pairs = _DAMPED if damped else _UNDAMPED
-    return [{"outputs": count, "order": k, "tolerance": tol} for count in (5, 100) for k, tol in pairs]
+    return [
+        {"dim": dim, "outputs": count, "order": k, "tolerance": tol}
+        for dim in (3, 2)
+        for count in (5, 100)
+        for k, tol in pairs
+    ]
 
 
 def prepare(release: Release, setting: Setting) -> Callable[[], np.ndarray]:
@@ -30,6 +35,7 @@ def prepare(release: Release, setting: Setting) -> Callable[[], np.ndarray]:
         "body.rho": release.rho,
         "body.shear_factor": release.shear_factor,
         "body.retardation": release.retardation,
+        "planar": setting["dim"] == 2,
         "order": int(setting["order"]),
         "tolerance": setting["tolerance"],
     }
@@ -51,4 +57,4 @@ def prepare(release: Release, setting: Setting) -> Callable[[], np.ndarray]:
     return simulate
 
 
-CODE = Code("rod.fmu", "three-dimensional; stops for outputs only", settings, prepare)
+CODE = Code("rod.fmu", "dim 3: all six strains; dim 2: planar = true; stops for outputs only", settings, prepare)

@@ -19,13 +19,13 @@ from rich.table import Table
 from ..archive import Archive, find_fmu
 from .release import PROBE, Code, Release, Setting
 
-__all__ = ["CODES", "OURS", "Row", "compare", "rate", "show", "write"]
+__all__ = ["CODES", "OURS", "Row", "compare", "rate", "show", "summary", "write"]
 
 CODES = {"ours": "tca-cosim", "elastica": "pyelastica", "exudyn": "exudyn"}  # module here: distribution
 OURS = "rod.fmu"
 _CAPTION = """Error of the tip at 0.1 s, and the largest at 0.05, 0.1, 0.2, 0.5 and 1 s. Ratio: CPU time to that of the
 fastest rod.fmu row with no larger error at 0.1 s; (10 ms): with outputs every 10 ms; (largest): with no larger largest
-error. inf: unstable; -: unknown, or none of ours is as good."""
+error; (spatial): to rows in space alone. inf: unstable; -: unknown, or none of ours is as good."""
 
 
 @dataclass(frozen=True)
@@ -35,6 +35,7 @@ class Row:
 
     code: str
     damped: bool
+    dim: int  # 2: planar
     setting: str
     every_10_ms: bool  # can be read so often at this cost
     cpu: float
@@ -46,6 +47,7 @@ class Row:
     ratio: float = math.nan
     ratio_every_10_ms: float = math.nan  # to our rows of that kind alone
     ratio_largest: float = math.nan  # at equal largest error
+    ratio_spatial: float = math.nan  # to our rows in space alone
 
 
 def compare(repeats: int = 5, modules: Sequence[str] = tuple(CODES)) -> tuple[list[Row], list[str]]:
@@ -65,20 +67,44 @@ def compare(repeats: int = 5, modules: Sequence[str] = tuple(CODES)) -> tuple[li
 def rate(rows: Sequence[Row]) -> list[Row]:
     """The rows with their ratios."""
 
-    def ratio(row: Row, error: str, often: bool = False) -> float:
+    def ratio(row: Row, error: str, *, often: bool = False, spatial: bool = False) -> float:
         ours = [r for r in rows if r.code == OURS and r.damped == row.damped and (r.every_10_ms or not often)]
-        return row.cpu / min((r.cpu for r in ours if getattr(r, error) <= getattr(row, error)), default=math.nan)
+        ours = [r for r in ours if getattr(r, error) <= getattr(row, error) and (r.dim == 3 or not spatial)]
+        return row.cpu / min((r.cpu for r in ours), default=math.nan)
 
-    columns = {"ratio": ("error",), "ratio_every_10_ms": ("error", True), "ratio_largest": ("largest_error",)}
-    return [replace(row, **{name: ratio(row, *how) for name, how in columns.items()}) for row in rows]
+    def ratios(row: Row) -> dict[str, float]:
+        return {
+            "ratio": ratio(row, "error"),
+            "ratio_every_10_ms": ratio(row, "error", often=True),
+            "ratio_largest": ratio(row, "largest_error"),
+            "ratio_spatial": ratio(row, "error", spatial=True),
+        }
+
+    return [replace(row, **ratios(row)) for row in rows]
+
+
+def summary(rows: Sequence[Row]) -> list[str]:
+    """One line for every other code in every kind of case: how much more time it takes than ours at equal error."""
+    columns = {"ratio": "to ours", "ratio_every_10_ms": "every 10 ms", "ratio_spatial": "in space"}
+    lines = []
+    kinds = dict.fromkeys((r.code, r.dim, r.damped) for r in rows if r.code != OURS)
+    for code, dim, damped in kinds:
+        alike = [r for r in rows if (r.code, r.dim, r.damped) == (code, dim, damped)]
+        spans = []
+        for column, words in columns.items():
+            known = [value for r in alike if not math.isnan(value := getattr(r, column))]
+            spans.append(f"{words} {min(known):.3g} to {max(known):.3g}" if known else f"{words} unknown")
+        case = f"{code}, {'planar' if dim == 2 else 'spatial'}, {'damped' if damped else 'undamped'}"
+        lines.append(f"{case}: CPU time at equal error, {', '.join(spans)} times")
+    return lines
 
 
 def show(rows: Sequence[Row]) -> Table:
-    heads = "code damping setting CPU[s/s] x_real_time error[um] largest[um] ratio (10_ms) (largest)"
+    heads = "code damping setting CPU[s/s] x_real_time error[um] largest[um] ratio (10_ms) (largest) (spatial)"
     table = Table(*(head.replace("_", " ").replace("[", " \\[") for head in heads.split()), caption=_CAPTION)
     for r in rows:
         numbers = (f"{r.cpu:.5f}", f"{r.times_real_time:.0f}", f"{r.error:.3g}", f"{r.largest_error:.3g}")
-        ratios = (f"{ratio:.2f}" for ratio in (r.ratio, r.ratio_every_10_ms, r.ratio_largest))
+        ratios = (f"{ratio:.2f}" for ratio in (r.ratio, r.ratio_every_10_ms, r.ratio_largest, r.ratio_spatial))
         cells = (r.code, "5 ms" if r.damped else "none", r.setting, *numbers, *ratios)
         table.add_row(*("-" if cell == "nan" else cell for cell in cells))
     return table
@@ -114,7 +140,8 @@ def _row(code: Code, case: Release, setting: Setting, tip: np.ndarray, truth: np
     text = ", ".join(f"{name} {value:g}" for name, value in setting.items())
     low, middle, high = map(float, cpu)
     often = setting.get("outputs", 100) >= 100
-    return Row(code.name, case.damped, text, often, middle, low, high, 1 / middle, at_probe, largest)
+    dim = int(setting.get("dim", 3))
+    return Row(code.name, case.damped, dim, text, often, middle, low, high, 1 / middle, at_probe, largest)
 
 
 def _cpu(simulate: Callable[[], np.ndarray]) -> float:
