@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -20,6 +21,7 @@ from scipy.stats import qmc
 
 import orchestration as tca
 from orchestration import CosimError, results, sweep
+from orchestration.archive import find_fmu, kept
 from orchestration.spread import serial, spread
 from orchestration.sweep import chart, design, sensitivity
 
@@ -170,6 +172,17 @@ def test_saltelli_gives_both_orders(tmp_path: Path) -> None:
     assert total[1] == 0.0  # a stiffer body heats nothing
     assert last["rod.tip.p.first_order"][1] > 0.5
     assert "Sobol' index" in chart.draw(found).axes[1].get_xlabel()
+
+
+def test_archives_stay_open_between_runs_until_their_file_changes(tmp_path: Path) -> None:
+    path = Path(shutil.copy(find_fmu("rod.fmu"), tmp_path))
+    archive = kept(path)
+    folder = archive.extract()
+    archive.close()
+    assert folder.is_dir()
+    assert kept(path) is archive
+    os.utime(path, (0, 0))
+    assert kept(path) is not archive
 
 
 # -- going on
