@@ -142,6 +142,16 @@ def test_the_dataset_is_labelled_and_written_whole(swept: tuple[sweep.Plan, xr.D
     assert json.loads(data.attrs["parameters"])["rod.body.E"] == {"lognorm": {"s": 0.1, "scale": 37800.0}}
 
 
+def test_the_shipped_sweep_is_as_exact_as_it_says() -> None:
+    """Its settings against those of scene `step`: rms over the run at most 1e-3 of an output's range."""
+    found = sweep.read("scatter", runs=1)
+    quick, exact = tca.run(found.scene), tca.run("step", ["thermal.tolerance=1e-7", "rod.tolerance=1e-8"])
+    for name in found.outputs:
+        reference = exact[name].sel(time=quick["time"], method="nearest").to_numpy()
+        error = np.sqrt(np.mean((quick[name].to_numpy() - reference) ** 2))
+        assert error < 1e-3 * np.ptp(reference), name
+
+
 def test_the_figure_shows_every_output(swept: tuple[sweep.Plan, xr.Dataset, Path]) -> None:
     _, data, folder = swept
     figure = chart.draw(data)
