@@ -2,7 +2,7 @@
 scikit-fem, in time by Radau IIA.
 
     rho c dT/dt = div(k grad T) + V_i^2/(R_i L A_tca) in annulus i,  -k dT/dn = h (T - T_inf) outside, 0 on the bores
-    R_i = R_ref,i [1 + alpha_T (T_i - T_ref)]
+    R_i = R_ref,i [1 + alpha_T (T_i - T_ref) + shift_i(t)]
 
 Per metre of the body's length; temperatures in K. Symbols: M mass, K stiffness with the boundary's share, C area means
 of the annuli."""
@@ -107,19 +107,21 @@ def heat(
     edge: float = 0.2e-3,
     step: float = 0.1,
     matrices: Matrices | None = None,
+    shift: Callable[[float], np.ndarray | float] = lambda t: 0.0,
 ) -> HeatCourse:
     """voltage(t, a, b) [V] (N,) and ambient(t, a, b) [K] at time t of the step from a to b, in which they are smooth;
     pieces: times [s] of the output, one array for each stretch between jumps, from its start to its end; edge [m] of
-    the mesh, step [s] the longest in time. matrices: where they are there already, edge then does not count."""
+    the mesh, step [s] the longest in time. matrices: where they are there already, edge then does not count. shift(t):
+    relative change (N,) of the resistances from elsewhere, smooth within a step."""
     m = matrices or Matrices(data, edge)
     integrate = LinearRadau(m.mass, m.stiffness)
     R, T = np.array(data.resistance), np.full(m.surface.size, data.T_0)
-    first = _power(voltage(pieces[0][0], *pieces[0][:2]), R, data, m.means @ T)
+    first = _power(voltage(pieces[0][0], *pieces[0][:2]), R, data, m.means @ T, shift(pieces[0][0]))
     rows, splines = [_row(pieces[0][0], T, first, ambient(pieces[0][0], *pieces[0][:2]), m, data)], []
     for marks in pieces:
         knots, values, slopes = [marks[0]], [m.means @ T], [None]
         for a, b in _steps(marks, step):
-            T, slope, power = _advance(T, a, b, voltage, ambient, R, m, integrate, data)
+            T, slope, power = _advance(T, a, b, voltage, ambient, R, m, integrate, data, shift)
             knots.append(b)
             values.append(m.means @ T)
             slopes.append(slope[-1])
@@ -132,24 +134,27 @@ def heat(
     return HeatCourse(*columns, pieces=tuple(splines), unknowns=T.size)
 
 
-def _advance(T, a, b, voltage, ambient, R, m: Matrices, integrate: LinearRadau, data: HeatData):
+def _advance(T, a, b, voltage, ambient, R, m: Matrices, integrate: LinearRadau, data: HeatData, shift):
     """T at b, slopes of the means at the three stages, powers at b. The resistances follow the stages' own
     temperatures."""
     times = a + NODES * (b - a)
     volts = np.array([voltage(t, a, b) for t in times])
     outside = np.array([ambient(t, a, b) for t in times])
+    shifts = np.array([shift(t) + np.zeros_like(R) for t in times])
     means = np.tile(m.means @ T, (3, 1))
     while True:
-        power = _power(volts, R, data, means)
+        power = _power(volts, R, data, means, shifts)
         load = power / data.length @ m.means + outside[:, None] * m.surface
         stages, slopes = integrate.step(T, b - a, load)
         means = stages @ m.means.T
-        if np.abs(_power(volts, R, data, means) - power).max() <= 1e-12 * np.abs(power).max():
+        if np.abs(_power(volts, R, data, means, shifts) - power).max() <= 1e-12 * np.abs(power).max():
             return stages[-1], slopes @ m.means.T, power[-1]
 
 
-def _power(volts: np.ndarray, R: np.ndarray, data: HeatData, means: np.ndarray) -> np.ndarray:
-    return volts**2 / (R * (1.0 + data.alpha * (means - data.T_ref)))
+def _power(
+    volts: np.ndarray, R: np.ndarray, data: HeatData, means: np.ndarray, shift: np.ndarray | float
+) -> np.ndarray:
+    return volts**2 / (R * (1.0 + data.alpha * (means - data.T_ref) + shift))
 
 
 def _row(t: float, T: np.ndarray, power: np.ndarray, outside: float, m: Matrices, data: HeatData):
