@@ -17,10 +17,12 @@ import orchestration
 from orchestration import chart, reference, results
 from orchestration.archive import kept
 from orchestration.chart.norm import Norm, front
+from orchestration.chart.release import draw
 from orchestration.chart.series import plan
 from orchestration.chart.solvers import SOLVERS, CoSimulation
 from orchestration.chart.truth import output_times
 from orchestration.errors import CosimError
+from orchestration.peers.table import Row
 from orchestration.scene import read
 
 SMALL = """
@@ -256,3 +258,18 @@ def test_command(tmp_path: Path) -> None:
     done = tca("chart", "step", "--panel", "solver", folder=tmp_path)
     assert done.returncode == 2
     assert "did you mean 'solvers'" in done.stderr
+
+
+def test_the_release_is_drawn_with_what_was_unstable_at_the_edge() -> None:
+    def row(code: str, dim: int, damped: bool, error: float, cpu: float) -> Row:
+        largest = error if error < 1e3 else math.inf
+        times = {"cpu": cpu, "cpu_low": 0.9 * cpu, "cpu_high": 1.1 * cpu, "times_real_time": 1 / cpu}
+        about = {"setting": "", "every_10_ms": True, "error": error, "largest_error": largest}
+        return Row(code=code, dim=dim, damped=damped, **times, **about)
+
+    rows = [row("rod.fmu", 3, damped, error, 0.01 / error) for damped in (False, True) for error in (1.0, 10.0)]
+    rows += [row("other", 2, False, 5e3, 1.0), row("other", 2, True, 10.0, 1.0)]
+    figure = draw(rows, ["a machine"])
+    undamped, damped = figure.axes
+    assert [len([line for line in a.lines if line.get_marker() == "x"]) for a in (undamped, damped)] == [1, 0]
+    assert figure.legends[0].get_texts()[-1].get_text() == "other, planar"

@@ -3,6 +3,7 @@ the tip at 0.1 s against CPU time, undamped and damped."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -24,12 +25,14 @@ def draw(rows: Sequence[Row], notes: Sequence[str]) -> Figure:
     codes = list(dict.fromkeys((row.code, row.dim) for row in rows))
     for place, damped in zip(axes, (False, True), strict=True):
         _panel(place, [row for row in rows if row.damped == damped], codes)
+        place.set_xlabel("error of the tip at 0.1 s [µm]")
         place.set_title("damped, retardation 5 ms" if damped else "undamped", fontsize=11)
     axes[0].set_ylabel("CPU time per second simulated [s/s], median and quartiles")
     handles, labels = axes[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), fontsize=9, frameon=False)
-    figure.supxlabel("error of the tip at 0.1 s [µm]\n" + notes[0], fontsize=9)
-    figure.suptitle("A bare rod, let go under gravity: rod.fmu beside other codes, one thread", fontsize=13)
+    figure.suptitle(
+        f"A bare rod, let go under gravity: rod.fmu beside other codes\n{notes[0]}; one thread", fontsize=11
+    )
     return figure
 
 
@@ -48,5 +51,5 @@ def _panel(axes: Axes, rows: Sequence[Row], codes: Sequence[tuple[str, int]]) ->
         style: dict[str, Any] = {"color": COLOURS[k], "marker": MARKERS[k], "markersize": 6, "linestyle": ""}
         axes.errorbar([row.error for row in good], [row.cpu for row in good], spread, label=label, **style)
         for row in own:
-            if not np.isfinite(row.largest_error):  # unstable: at the edge
+            if math.isinf(row.largest_error):  # unstable: at the edge
                 axes.plot(1.0, row.cpu, "x", color=FAILED, transform=axes.get_yaxis_transform(), clip_on=False)
