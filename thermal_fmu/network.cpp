@@ -4,9 +4,10 @@
 // to a unit of one node split the heat capacity among the nodes; together they are the uniform temperature, so none is
 // lost. The surface meets the surroundings through h times its area, no TCA does.
 //
-// Means are no points: among many TCAs, or wide ones, a mean may cool another one behind its neighbours, which no
-// resistors do. Then the nearest network of positive ones is taken. Likewise no capacity is less than what an annulus
-// or the surface itself must store. The error so made is in the published bound, measured on the network as it is.
+// Means are no points: one may cool another beyond what lies between them (two TCAs opposite each other, six in a
+// ring), which no resistors do. Then the nearest network of positive ones is taken. Likewise no capacity is less than
+// what an annulus or the surface itself must store. The error so made is in the published bound, measured on the
+// network as it is.
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <Eigen/SparseCholesky>

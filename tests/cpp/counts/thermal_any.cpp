@@ -61,7 +61,10 @@ TEST_P(Count, EveryLevelReachesTheSameSteadyState) {
     const Observation seen = run.observe(drive);
     EXPECT_NEAR(seen.loss / seen.power[kTcas - 1], 1.0, 1e-4);
     if (level == Level::reduced) expected = seen.rise;
-    for (std::size_t i = 0; i < kTcas; ++i) EXPECT_NEAR(seen.rise[i] / expected[i], 1.0, 1e-4);
+    // Where no positive network has the very steady state, lumped says how far off it is.
+    const double slack = level == Level::lumped ? seen.bound : 0.0;
+    for (std::size_t i = 0; i < kTcas; ++i) EXPECT_NEAR(seen.rise[i], expected[i], 1e-4 * expected[i] + slack);
+    EXPECT_NEAR(seen.rise[kTcas - 1] / expected[kTcas - 1], 1.0, 0.03);
   }
 }
 
