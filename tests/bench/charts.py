@@ -1,6 +1,7 @@
 """Draws how the models converge from what bench_thermal and bench_rod print: charts.py BUILD_FOLDER PICTURE.
 
-Heat against its mesh and its number of states with the published bound, rod against its order and its time step."""
+Heat against its mesh, its number of states with the published bound, its steps with electrical feedback, and the
+integrators of level full; rod against its order and its time step."""
 
 from __future__ import annotations
 
@@ -41,6 +42,24 @@ def reduction(axes: Axes, rows: pd.DataFrame) -> None:
     axes.set(title="heat: level reduced, 75 K rise", xlabel="states", ylabel="error of T [K]")
 
 
+def feedback(axes: Axes, rows: pd.DataFrame) -> None:
+    for level, line in rows.groupby("level"):
+        axes.loglog(line["step_s"], line["error_K"], "o-", label=level)
+    seen = rows[(rows["level"] == "reduced") & (rows["error_K"] > 1e-10)]  # below: rounding
+    slope(axes, seen["step_s"], seen["error_K"], 8)
+    axes.set(title="heat: electrical feedback, one collocation per step", xlabel="step [s]", ylabel="error of T [K]")
+    axes.tick_params(which="minor", labelbottom=False)
+
+
+def integrators(axes: Axes, rows: pd.DataFrame) -> None:
+    for (name, macro), line in rows.groupby(["integrator", "macro_step_s"]):
+        style = "-" if macro == 0.1 else "--"
+        axes.loglog(line["time_ms"], line["error_K"], f"o{style}", label=f"{name}, macro steps of {macro} s")
+    axes.set(title="heat: integrators of level full, 10 s", xlabel="time [ms]", ylabel="error of T [K]")
+    axes.set_ylim(top=10.0)  # room for the legend
+    axes.tick_params(which="minor", labelbottom=False)
+
+
 def space(axes: Axes, rows: pd.DataFrame) -> None:
     axes.semilogy(rows["order"], rows["error_to_reference_m"], "s-", label="to the independent minimisation")
     axes.semilogy(rows["order"][:-1], rows["error_to_order_7_m"][:-1], "o-", label="to order 7")
@@ -57,9 +76,10 @@ def time(axes: Axes, rows: pd.DataFrame) -> None:
 
 
 def main(build: Path, picture: Path) -> None:
-    figure = Figure(figsize=(10, 7.5), layout="constrained")
-    panels = (("bench_thermal", mesh), ("bench_thermal", reduction), ("bench_rod", space), ("bench_rod", time))
-    for axes, (program, draw) in zip(figure.subplots(2, 2).flat, panels, strict=True):
+    figure = Figure(figsize=(14, 7.5), layout="constrained")
+    heat, rod = ("bench_thermal", "bench_rod")
+    panels = ((heat, mesh), (heat, reduction), (heat, feedback), (heat, integrators), (rod, space), (rod, time))
+    for axes, (program, draw) in zip(figure.subplots(2, 3).flat, panels, strict=True):
         draw(axes, study(build, program, draw.__name__))
         axes.legend(fontsize=7)
         axes.grid(alpha=0.3)
