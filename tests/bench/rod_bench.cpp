@@ -32,10 +32,11 @@ double cost(Call call) {
 }
 
 void kernels() {
-  std::printf("order unknowns  residual  tangent  factor  newton step  static solve [us]\n");
-  for (int order = 0; order <= highest_order; ++order) {
+  std::printf("planar order unknowns  residual  tangent  factor  newton step  static solve [us]\n");
+  for (int row = 0; row < 2 * max_terms; ++row) {
     Parameters p;
-    p.order = order;
+    p.planar = row >= max_terms;
+    p.order = row % max_terms;
     Bench bench(p);
     const int n = bench.rod.unknowns();
     const RandomState x(n, 1);
@@ -54,8 +55,8 @@ void kernels() {
       bench.state.q.setZero();
       bench.settle();
     });
-    std::printf("%5d %8d %9.2f %8.2f %7.2f %12.2f %13.2f\n", order, n, t_residual, t_tangent, t_factor, t_newton,
-                t_static);
+    std::printf("%6d %5d %8d %9.2f %8.2f %7.2f %12.2f %13.2f\n", p.planar, p.order, n, t_residual, t_tangent, t_factor,
+                t_newton, t_static);
   }
 }
 
@@ -85,11 +86,13 @@ void grid() {
 
 void release() {
   const auto rows = rod_test::read_csv("rod_release.csv");
-  std::printf("\nrelease, 1 s: damping order tolerance  error at 0.1 s [um]  at 1 s [um]  times real time\n");
-  for (int damped : {0, 1})
+  std::printf("\nrelease, 1 s: damping planar order tolerance  error at 0.1 s [um]  at 1 s [um]  times real time\n");
+  for (int kind = 0; kind < 4; ++kind)
     for (int order : {2, 3, 4})
       for (double tolerance : {1e-1, 3e-2, 1e-2, 3e-3, 1e-3}) {
         Parameters p = bare_rod();
+        const int damped = kind / 2;
+        p.planar = kind % 2;
         p.order = order;
         p.body_retardation = damped ? 5e-3 : 0.0;
         double error[5], best = 1e9;
@@ -108,8 +111,8 @@ void release() {
           }
           best = std::min(best, seconds() - start);
         }
-        std::printf("%s %12d %9.0e %21.2f %12.2f %16.0f\n", damped ? "5 ms" : "none", order, tolerance, error[1],
-                    error[4], 1 / best);
+        std::printf("%s %17d %6d %9.0e %21.2f %12.2f %16.0f\n", damped ? "5 ms" : "none", p.planar, order, tolerance,
+                    error[1], error[4], 1 / best);
       }
 }
 

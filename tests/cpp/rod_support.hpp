@@ -1,7 +1,10 @@
 // A rod with its state, for tests: solve, step, look.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <fstream>
+#include <functional>
 #include <random>
 #include <sstream>
 #include <string>
@@ -56,6 +59,17 @@ struct RandomState {
   }
   rod::Vector q, v, a;
 };
+
+/// What is between `exact` and the slope of r at 0, by central differences of order 4. The best of three steps counts:
+/// a residual may turn sharply nearby.
+inline double error(const std::function<rod::Vector(double)>& r, const rod::Vector& exact, double widest = 1e-3) {
+  double least = INFINITY;
+  for (double e : {widest, widest / 3.0, widest / 10.0}) {
+    const rod::Vector slope = (8.0 * (r(e) - r(-e)) - (r(2 * e) - r(-2 * e))) / (12.0 * e);
+    least = std::min(least, (slope - exact).norm());
+  }
+  return least;
+}
 
 /// Rows of a CSV file of tests/data, without comments and header; cells that are no numbers read as 0.
 inline std::vector<std::vector<double>> read_csv(const std::string& name) {

@@ -1,12 +1,10 @@
 // The exact derivatives against differences of the residual, at random states, for every strain set and order.
 #include <gtest/gtest.h>
 
-#include <cmath>
-#include <functional>
-
 #include "rod_support.hpp"
 
 using namespace rod;
+using rod_test::error;
 using rod_test::RandomState;
 
 namespace {
@@ -19,19 +17,6 @@ Inputs all_loads() {
   for (std::size_t i = 0; i < tca_count; ++i)
     u.T[i] = {330.0 + 10.0 * i, 3.0, 0, 0}, u.delta_guess[i] = {1e-3, 1e-3, 0, 0};
   return u;
-}
-
-using Residual = std::function<Vector(double)>;  // along one direction
-
-/// Central difference of order 4 whose step suits a residual that may turn sharply nearby: the best of three, as far as
-/// `exact` can tell.
-double error(const Residual& r, const Vector& exact, double widest = 1e-3) {
-  double least = INFINITY;
-  for (double e : {widest, widest / 3.0, widest / 10.0}) {
-    const Vector slope = (8.0 * (r(e) - r(-e)) - (r(2 * e) - r(-2 * e))) / (12.0 * e);
-    least = std::min(least, (slope - exact).norm());
-  }
-  return least;
 }
 
 constexpr double bound = 1e-10;
