@@ -118,10 +118,10 @@ def test_exchanged_at_its_fixed_point_is_inside():
             np.testing.assert_allclose(vector(exchanged, name), vector(inside, name), rtol=1e-9, atol=1e-12)
 
 
-@pytest.mark.parametrize("method", [1, 2, 3, 4, 5])
-def test_every_method_steps_bitwise_the_same_after_a_restore(method: int):
+@pytest.mark.parametrize(("method", "planar"), [(k, False) for k in range(1, 6)] + [(k, True) for k in range(1, 5)])
+def test_every_method_steps_bitwise_the_same_after_a_restore(method: int, planar: bool):
     with FMU2Host(ROD) as fmu:
-        write(fmu, {"method": method, "body.retardation": 5e-3, "gravity[1]": 5.0})
+        write(fmu, {"method": method, "planar": planar, "body.retardation": 5e-3, "gravity[1]": 5.0})
         fmu.start()
         fmu.step(0.0, 0.01)
         state, rows = fmu.getFMUstate(), []
@@ -145,6 +145,7 @@ def test_every_method_steps_bitwise_the_same_after_a_restore(method: int):
         ({"tca.wire_length": 0.03}, ["tca.wire_length", "0.03", "longer"]),
         ({"tca.chirality": 0}, ["tca.chirality", "+1"]),
         ({"tip_force[1]": math.inf}, ["tip_force[1]", "inf"]),
+        ({"planar": True, "plane": 0.5}, ["TCA 1", "plane = 0.5", "symmetry plane"]),
     ],
     ids=lambda value: next(iter(value)) if isinstance(value, dict) else "",
 )
