@@ -101,10 +101,10 @@ def _style(number: int) -> dict[str, Any]:
 
 
 def _below(dataset: xr.Dataset) -> str:
-    machine, versions = json.loads(dataset.attrs["machine"]), json.loads(dataset.attrs["versions"])
+    machine = json.loads(dataset.attrs["machine"])
     return (
         f"{dataset.attrs['axis']}. Grey line, rings: no other point is faster and as exact. Dotted: floor "
         f"{dataset.attrs['floor']:.0e}, the gap between two refined monoliths. Red edge: failed.\n"
-        f"Times: median and quartiles of {dataset.attrs['repeats']} rounds, one thread of {machine['processor']}, load "
-        f"{machine['load']}; tca-cosim {versions['tca-cosim']}, commit {dataset.attrs['commit']}"
+        f"Times: median and quartiles of {dataset.attrs['repeats']} rounds, one thread of {machine['processor']}, whose "
+        f"{machine['cores']} cores had a load of {machine['load']}; commit {dataset.attrs['commit']}"
     )
