@@ -105,6 +105,6 @@ def _below(dataset: xr.Dataset) -> str:
     return (
         f"{dataset.attrs['axis']}. Grey line, rings: no other point is faster and as exact. Dotted: floor "
         f"{dataset.attrs['floor']:.0e}, the gap between two refined monoliths. Red edge: failed.\n"
-        f"Times: median and quartiles of {dataset.attrs['repeats']} rounds, one thread of {machine['processor']}, whose "
-        f"{machine['cores']} cores had a load of {machine['load']}; commit {dataset.attrs['commit']}"
+        f"Times: median and quartiles of {dataset.attrs['repeats']} rounds, one thread of {machine['processor']}, "
+        f"whose {machine['cores']} cores had a load of {machine['load']}; commit {dataset.attrs['commit']}"
     )
