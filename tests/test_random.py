@@ -16,7 +16,7 @@ import pytest
 
 import orchestration as tca
 from orchestration.exchange import METHODS as EXCHANGES
-from orchestration.scene import ITERATIONS
+from orchestration.iteration import METHODS as ITERATIONS
 
 SCENES = 500
 HANG = 300.0  # [s] after which a scene that takes a second is taken for one that hangs

@@ -1,0 +1,141 @@
+"""A scene: what is run, as data. TOML in, frozen dataclasses out, checked against the FMUs' own XML.
+
+KEYS says what a scene may have, Coupling what its table [coupling] may. Vectors may be given whole, V = [0, 1.5, 3], or
+as one value for all elements. Numbers are in the variable's unit, texts carry one, such as "40 mm".
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from .. import check, described, ssp_reader
+from ..archive import Archive
+from ..asked import Asked
+from ..asked import read as read_asked
+from ..check import Layer
+from ..exchange import METHODS as EXCHANGES
+from ..iteration import METHODS as ITERATIONS
+from ..settings import setting, settings
+from ..wiring import Connection
+from .connections import wired
+from .layers import find, load, merged, overriding
+from .members import Member, read_members
+
+__all__ = ["KEYS", "TABLES", "Coupling", "Scene", "read"]
+
+
+@dataclass(frozen=True)
+class Coupling:
+    """How the master couples. Tolerances are shares of the FMI nominals."""
+
+    macro_step: float = setting(0.1, "length of a macro step, or its first length where `control` adapts it", "s", 1e-9)
+    schedule: str = setting(
+        "gauss_seidel", "order inside a loop: one after the other, or all at once", choices=("gauss_seidel", "jacobi")
+    )
+    method: str = setting("iqn", "how a loop is solved; none: explicit, one sweep", choices=("none", *ITERATIONS))
+    omega: float = setting(0.25, "relaxation of the first sweeps, or of all where `method` is relaxed", "1", 1e-3, 2.0)
+    exchange: str = setting("hermite", "course of inputs known at both ends of a step", choices=tuple(EXCHANGES))
+    waveform: str = setting("linear", "course of inputs that a loop iterates", choices=tuple(EXCHANGES))
+    tolerance: float = setting(1e-6, "of the estimated coupling error, share of the nominals", "1", 1e-14, 1.0)
+    max_sweeps: int = setting(30, "sweeps of a loop before its step fails", least=2, most=1000)
+    halvings: int = setting(6, "of a macro step that fails, before the run does", least=0, most=30)
+    reach: float = setting(10.0, "how far a guess may go from the start of a step, in nominals", "1", 1e-3)
+    control: str = setting("fixed", "length of macro steps", choices=("fixed", "doubling", "embedded"))
+    step_tolerance: float = setting(1e-4, "error per step where `control` adapts it", "1", 1e-13, 1.0)
+
+
+@dataclass(frozen=True)
+class Scene:
+    name: str
+    title: str
+    stop_time: float  # [s]
+    members: tuple[Member, ...]
+    connections: tuple[Connection, ...]
+    coupling: Coupling
+    asked: Asked
+    sources: tuple[tuple[str, str], ...]  # origin and text of every layer, for the record
+
+    def __repr__(self) -> str:
+        return described.text(self)
+
+    def _repr_html_(self) -> str:
+        return described.html(self)
+
+    def member(self, name: str) -> Member:
+        return next(m for m in self.members if m.name == name)
+
+    def model(self, name: str) -> Member | None:
+        """The member whose FMU is that model."""
+        return next((m for m in self.members if m.archive.description.modelName == name), None)
+
+
+KEYS = {
+    "title": "one line of text",
+    "stop_time": "[s], such as '30 s'; the one key that must be there",
+    "parameters": "name of a parameter set, or a file, or with ssp one in the archive; default: fig3, or what is bound",
+    "ssp": "file of an SSP archive, whose FMUs, wiring, values and stop time hold where the scene says nothing else",
+    "connections": "list of 'fmu.output -> fmu.input'; default: what the FMUs need of each other",
+    "fmus": "table of name = 'file.fmu', in sweep order; default: thermal and rod",
+    "coupling": "table of the settings of the master",
+    "fidelity": "table: how much model to use, and what for",
+    "NAME": "table of the FMU of that name: its parameters, and its inputs as constants or signals",
+}
+TABLES = {"coupling": Coupling, "fidelity": Asked}  # of settings
+_TOP = tuple(key for key in KEYS if key != "NAME")
+
+
+def read(source: str | Path, overrides: Sequence[str] = (), archive: Callable[[Path], Archive] = Archive) -> Scene:
+    """The scene of that name or file. overrides: 'key=value' as in a scene, such as 'rod.order=2',
+    'coupling.macro_step=0.05 s'. archive: opens an FMU; archive.kept for many runs in one process. Raises SceneError,
+    which names file, key, value and remedy."""
+    path = find(source, "scenes", "scene")
+    layers = [load(path)]
+    if overrides:
+        layers.append(overriding(overrides))
+    layers.insert(0, _base(merged(layers), layers[0], path.parent, archive))
+    top = merged(layers)
+    members = read_members(top, layers, _TOP, path.parent, archive)
+    stop_raw, stop_layer = top.get("stop_time", (None, layers[1]))
+    if stop_raw is None:
+        stop_layer.refuse("stop_time", None, "missing; add for example stop_time = '30 s'")
+    stop_time = check.number(stop_layer, "stop_time", stop_raw, check.TIME)
+    if stop_time <= 0.0:
+        stop_layer.refuse("stop_time", stop_raw, "out of range; a stop time is positive")
+    return Scene(
+        name=path.stem,
+        title=str(top.get("title", (path.stem,))[0]),
+        stop_time=stop_time,
+        members=members,
+        connections=wired({m.name: m for m in members}, top.get("connections")),
+        coupling=_coupling(layers),
+        asked=read_asked(layers, {m.name: m.archive for m in members}),
+        sources=tuple((layer.origin, layer.text) for layer in layers),
+    )
+
+
+def _base(
+    top: Mapping[str, tuple[Any, Layer]], first: Layer, folder: Path, archive: Callable[[Path], Archive]
+) -> Layer:
+    """What a scene builds on: a parameter set, or an SSP archive with one of its own."""
+    for key in ("parameters", "ssp"):
+        value, layer = top.get(key, ("", first))
+        if not isinstance(value, str):
+            layer.refuse(key, value, f"wrong type; give the {KEYS[key]}")
+    chosen = top["parameters"][0] if "parameters" in top else None
+    if "ssp" in top:
+        place = folder / top["ssp"][0]
+        if not place.is_file():
+            top["ssp"][1].refuse("ssp", top["ssp"][0], f"no such file in {folder}; give the {KEYS['ssp']}")
+        return ssp_reader.read(place, chosen, archive)
+    return load(find(chosen or "fig3", "parameters", "parameter set", folder))
+
+
+def _coupling(layers: Sequence[Layer]) -> Coupling:
+    tables = [(layer, layer.raw.get("coupling", {})) for layer in layers]
+    for layer, table in tables:
+        if not isinstance(table, Mapping):
+            layer.refuse("coupling", table, "wants a table [coupling]")
+    return settings(Coupling, tables, "coupling.")
