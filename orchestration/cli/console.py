@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Callable, Iterator
+from pathlib import Path
 
 import typer
 import xarray as xr
@@ -16,7 +17,7 @@ from ..errors import CosimError
 from ..fidelity import run as run_scene
 from ..scene import Scene
 
-__all__ = ["extra", "out", "reported", "run", "show_gaps", "watched", "written"]
+__all__ = ["extra", "out", "partial_kept", "reported", "run", "show_gaps", "watched", "written"]
 
 out = Console()
 
@@ -39,6 +40,19 @@ def extra(name: str, instead: str = "") -> Iterator[None]:
         yield
     except ModuleNotFoundError as error:
         raise CosimError(f"{error}; run pip install 'tca-cosim[{name}]'{instead}") from error
+
+
+@contextlib.contextmanager
+def partial_kept(folder: Path, ending: str, write: Callable[[xr.Dataset, Path], object]) -> Iterator[None]:
+    """Around a run: what it computed until it failed becomes NAME.partial.ending."""
+    try:
+        yield
+    except CosimError as error:
+        if error.partial is not None:
+            path = folder / f"{error.partial.attrs['scene']}.partial.{ending}"
+            write(error.partial, path)
+            out.print(f"what was computed until then: {path}", highlight=False)
+        raise
 
 
 def written(*what: object) -> None:

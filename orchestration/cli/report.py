@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ..errors import CosimError
-from .console import extra, out, reported, written
+from .console import extra, partial_kept, reported, written
 from .options import Folder, Overrides
 from .shown import From, MaybeScene, shown
 
@@ -23,14 +22,8 @@ def command(
     with reported():
         with extra("report"):
             from ..report import page  # plotly, scikit-fem
-        try:
+        with partial_kept(folder, "html", page.write):
             result = shown(scene, override, source)
-        except CosimError as error:
-            if error.partial is not None:
-                path = folder / f"{error.partial.attrs['scene']}.partial.html"
-                page.write(error.partial, path)
-                out.print(f"what was computed until then: {path}", highlight=False)
-            raise
         path = folder / f"{result.attrs['scene']}.html"
         page.write(result, path)
         written(path)

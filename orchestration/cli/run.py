@@ -8,9 +8,8 @@ from pathlib import Path
 import xarray as xr
 
 from .. import results
-from ..errors import CosimError
 from ..scene import Scene, read
-from .console import out, reported, written
+from .console import out, partial_kept, reported, written
 from .console import run as run_scene
 from .fit import explain
 from .options import Folder, Overrides, SceneName
@@ -26,14 +25,8 @@ def command(
     """Runs one scene; writes NAME.nc and NAME.csv."""
     with reported():
         described = read(scene, override)
-        try:
+        with partial_kept(folder, "nc", results.write):
             result = run_scene(described)
-        except CosimError as error:
-            if error.partial is not None:
-                path = folder / f"{described.name}.partial.nc"
-                results.write(error.partial, path)
-                out.print(f"what was computed until then: {path}", highlight=False)
-            raise
         for ending in ("nc", "csv"):
             results.write(result, folder / f"{described.name}.{ending}")
         _summarise(described, result)
