@@ -17,6 +17,7 @@ import numpy as np
 from rich.table import Table
 
 from ..archive import Archive, find_fmu
+from ..machine import processor
 from .release import PROBE, Code, Release, Setting
 
 __all__ = ["CODES", "OURS", "Row", "compare", "rate", "show", "summary", "write"]
@@ -120,7 +121,7 @@ def write(rows: Sequence[Row], notes: Sequence[str], path: Path) -> None:
 
 
 def _load(modules: Sequence[str]) -> tuple[list[Code], list[str]]:
-    codes, notes = [], [f"{_processor()}; Python {platform.python_version()}, numpy {np.__version__}"]
+    codes, notes = [], [f"{processor()}; Python {platform.python_version()}, numpy {np.__version__}"]
     for name in modules:
         try:
             with contextlib.redirect_stdout(io.StringIO()):  # banners
@@ -155,9 +156,3 @@ def _version(distribution: str) -> str:
         return metadata.version(distribution)
     except metadata.PackageNotFoundError:
         return "of this folder"
-
-
-def _processor() -> str:
-    about = Path("/proc/cpuinfo")  # platform.processor() is empty on Linux
-    lines = about.read_text().splitlines() if about.is_file() else []
-    return next((line.split(":")[1].strip() for line in lines if line.startswith("model name")), platform.machine())

@@ -15,19 +15,6 @@ namespace {
 
 constexpr double kFine = 1e-7;  // tolerance of reductions whose error must not show
 
-/// Largest error of T over the rows of the reference.
-double against_reference(Trajectory run) {
-  const Drive drive = step_scene();
-  double t = 0.0, worst = 0.0;
-  for (const ReferenceRow& row : step_reference()) {
-    run.advance(drive, row.t - t);
-    t = row.t;
-    const Observation seen = run.observe(drive);
-    for (std::size_t i = 0; i < 3; ++i) worst = std::max(worst, std::abs(seen.rise[i] - row.rises[i]));
-  }
-  return worst;
-}
-
 Trajectory fine_run(int order) {
   Parameters p;
   p.tolerance = kFine;

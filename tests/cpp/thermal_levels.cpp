@@ -14,19 +14,6 @@ Trajectory reduced_run(int order, double tolerance) {
   return run_of(p, order);
 }
 
-/// Largest error of T over the reference's rows.
-double against_reference(Trajectory run) {
-  const Drive drive = step_scene();
-  double t = 0.0, worst = 0.0;
-  for (const ReferenceRow& row : step_reference()) {
-    run.advance(drive, row.t - t);
-    t = row.t;
-    const Observation seen = run.observe(drive);
-    for (std::size_t i = 0; i < 3; ++i) worst = std::max(worst, std::abs(seen.rise[i] - row.rises[i]));
-  }
-  return worst;
-}
-
 TEST(Scene, StepAgreesWithTheIndependentSolutionAtEveryRow) {
   ASSERT_EQ(step_reference().size(), 8u);
   for (Level level : {Level::full, Level::reduced}) {

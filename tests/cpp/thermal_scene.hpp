@@ -131,6 +131,19 @@ inline double gap(const PerTca& a, const PerTca& b) {
   return largest;
 }
 
+/// Largest error of T over the rows of the reference.
+inline double against_reference(Trajectory run) {
+  const Drive drive = step_scene();
+  double t = 0.0, worst = 0.0;
+  for (const ReferenceRow& row : step_reference()) {
+    run.advance(drive, row.t - t);
+    t = row.t;
+    const Observation seen = run.observe(drive);
+    for (std::size_t i = 0; i < 3; ++i) worst = std::max(worst, std::abs(seen.rise[i] - row.rises[i]));
+  }
+  return worst;
+}
+
 /// Rises after `last` [s] by a modal model in equal steps.
 inline PerTca stepped(const ModalModel& model, const Parameters& p, const Drive& drive, double last, int steps,
                       double tolerance) {
