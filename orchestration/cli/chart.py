@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 import xarray as xr
-from matplotlib.figure import Figure
 from rich.progress import Progress
 from rich.table import Table
 
-from ..figures import save
 from .console import extra, out, reported, written
 from .options import Folder, Overrides
 from .workers import Workers, worker
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 __all__ = ["command"]
 
@@ -58,6 +59,7 @@ def command(
 def _drawn(figure: Figure, folder: Path, pictures: Path | None, stem: str) -> list[Path]:
     """The files: SVG beside the table, PNG there too or in a folder of pictures."""
     from ..chart.picture import DPI
+    from ..figures import save
 
     return [*save(figure, folder, stem, ("svg",)), *save(figure, pictures or folder, stem, ("png",), DPI)]
 

@@ -7,7 +7,6 @@ from pathlib import Path
 from rich.table import Table
 
 from .. import paper
-from ..paper import figure
 from ..scene import read
 from .console import out, reported, run, written
 from .options import Folder
@@ -18,6 +17,8 @@ __all__ = ["command"]
 def command(folder: Folder = Path("results")) -> None:
     """Runs the paper's three scenes; draws its Fig. 3 with the values read off the paper; prints how far apart they
     are."""
+    from ..paper import figure  # matplotlib takes long to load
+
     with reported():
         scenes = {name: read(name) for name in paper.SCENES}
         computed = {name: run(scene) for name, scene in scenes.items()}

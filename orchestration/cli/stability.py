@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 from rich.progress import Progress
 
-from .. import results, stability
+from .. import results
 from ..errors import CosimError
 from .console import out, reported, written
 from .options import Folder, Overrides
@@ -27,6 +27,8 @@ def command(
 ) -> None:
     """Maps where each coupling method fails over macro step and stiffness ratio, with the limits of theory (extra
     `sweep`); writes NAME.stability.nc, .png, .svg."""
+    from .. import stability  # its theory and pictures take long to load
+
     with reported():
         if scene == "oscillators" and override:
             raise CosimError(f"--set {override[0]!r}: the analytic systems have nothing to set; leave it out")
