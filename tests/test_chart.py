@@ -222,7 +222,12 @@ def test_a_run_begun_again_is_the_same() -> None:
 
 @pytest.mark.parametrize(
     ("scene", "overrides", "order"),
-    [("sine", ["stop_time=6"], 4), ("tap", ["stop_time=0.1", "rod.order=1"], 4), ("push", [], None)],
+    [
+        ("sine", ["stop_time=6"], 4),
+        ("feedback", ["stop_time=6", "thermal.V[2]=0", "thermal.V[3]={ sine = { amplitude = 3, period = 40 } }"], 4),
+        ("tap", ["stop_time=0.1", "rod.order=1"], 4),
+        ("push", [], None),
+    ],
 )
 def test_the_coupling_error_falls_to_1e9_of_the_range(scene: str, overrides: list[str], order: int | None) -> None:
     """What the voltages and loads do within a step is a cubic to the FMUs; where it is one, no error is left."""
@@ -232,6 +237,13 @@ def test_the_coupling_error_falls_to_1e9_of_the_range(scene: str, overrides: lis
         assert found.sizes["step"] == 2
     else:
         assert found["order"][-2:].to_numpy() == pytest.approx([order] * 2, abs=0.3)
+
+
+def test_heat_that_starts_at_once_costs_a_loop_two_orders() -> None:
+    """After a jump of the voltage a temperature's rate goes with the root of time, and displacements, which the loop
+    carries as cubics, go with it."""
+    found = chart.halving("feedback", ["stop_time=6"], halvings=3)
+    assert found["order"][-2:].to_numpy() == pytest.approx([2.0] * 2, abs=0.1)
 
 
 def test_co_simulation_meets_the_reference_on_drop() -> None:
