@@ -30,7 +30,7 @@ compiled: $(VENV)/installed $(VENV)/tested
 
 charts: compiled
 	python tests/bench/charts.py $(BUILD) docs/convergence.png
-	tca-cosim chart step drop pulse --picture docs --workers 2
+	tca-cosim chart step drop --picture docs --workers 2
 
 $(BUILD)/hosts/ready: .ci/hosts tests/hosts/pom.xml $(VENV)/tested
 	.ci/hosts $(BUILD)/hosts python
