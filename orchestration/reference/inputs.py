@@ -3,7 +3,7 @@ and from the start values that the FMUs declare; nothing of the FMUs' binaries i
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,7 +15,7 @@ from .heat import HeatData
 from .rod import RodData, WireLaw
 from .section import Section
 
-__all__ = ["Inputs", "breaks", "heat_data", "rod_data"]
+__all__ = ["Inputs", "breaks", "heat_data", "heat_data_of", "rod_data"]
 
 
 @dataclass(frozen=True)
@@ -43,21 +43,24 @@ def breaks(scene: Scene) -> np.ndarray:
 
 def heat_data(thermal: Member) -> HeatData:
     v = _Values(thermal)
-    section = Section(
-        v["body.radius"], v["tca.outer_radius"], v["tca.inner_radius"], v["tca.offset"], tuple(v.all("tca.azimuth"))
-    )
+    return heat_data_of(v.__getitem__, v.all)
+
+
+def heat_data_of(value: Callable[[str], float], elements: Callable[[str], Sequence[float]]) -> HeatData:
+    """value, elements: of a parameter, and of a vector of them, by name."""
+    across = (value(name) for name in ("body.radius", "tca.outer_radius", "tca.inner_radius", "tca.offset"))
     return HeatData(
-        section=section,
-        length=v["body.length"],
-        body_k=v["body.k"],
-        body_rho_c=v["body.rho_c"],
-        tca_k=v["tca.k"],
-        tca_rho_c=v["tca.rho_c"],
-        transfer=v["h"],
-        resistance=tuple(v.all("tca.R")),
-        alpha=v["tca.alpha_T"],
-        T_ref=v["tca.T_ref"],
-        T_0=v["T_0"],
+        section=Section(*across, tuple(elements("tca.azimuth"))),
+        length=value("body.length"),
+        body_k=value("body.k"),
+        body_rho_c=value("body.rho_c"),
+        tca_k=value("tca.k"),
+        tca_rho_c=value("tca.rho_c"),
+        transfer=value("h"),
+        resistance=tuple(elements("tca.R")),
+        alpha=value("tca.alpha_T"),
+        T_ref=value("tca.T_ref"),
+        T_0=value("T_0"),
     )
 
 

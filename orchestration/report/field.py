@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise
 from typing import Any
 
@@ -21,7 +22,7 @@ from scipy.interpolate import LinearNDInterpolator, NearestNDInterpolator
 
 from .. import signals
 from ..reference.heat import HeatData, Matrices
-from ..reference.inputs import Inputs
+from ..reference.inputs import Inputs, heat_data_of
 from ..reference.radau import NODES, LinearRadau
 from ..reference.section import Section
 from .geometry import Surface
@@ -60,7 +61,8 @@ class Field:
 
 def field(result: xr.Dataset, heat: str, rows: np.ndarray, station: int) -> Field:
     """heat: the member that is the heat model; rows: of the result, from its start; station: of the cap."""
-    data = _data(members(result)[heat]["parameters"])
+    parameters = members(result)[heat]["parameters"]
+    data = heat_data_of(parameters.__getitem__, partial(vector, parameters))
     m = Matrices(data, _EDGE * data.section.radius)
     rises = _solve(result, heat, rows, data, m)
     means = data.T_0 + rises @ m.means.T
@@ -72,24 +74,6 @@ def field(result: xr.Dataset, heat: str, rows: np.ndarray, station: int) -> Fiel
     cap = Surface(m.places[:corners], np.full(corners, station), m.triangles)
     return Field(
         data.section, data.T_0, courses, _raster(m.places, modes, data.section.radius), cap, modes[:corners], gap
-    )
-
-
-def _data(parameters: Mapping[str, float]) -> HeatData:
-    p = parameters
-    across = (p["body.radius"], p["tca.outer_radius"], p["tca.inner_radius"], p["tca.offset"])
-    return HeatData(
-        section=Section(*across, tuple(vector(p, "tca.azimuth"))),
-        length=p["body.length"],
-        body_k=p["body.k"],
-        body_rho_c=p["body.rho_c"],
-        tca_k=p["tca.k"],
-        tca_rho_c=p["tca.rho_c"],
-        transfer=p["h"],
-        resistance=tuple(vector(p, "tca.R")),
-        alpha=p["tca.alpha_T"],
-        T_ref=p["tca.T_ref"],
-        T_0=p["T_0"],
     )
 
 
