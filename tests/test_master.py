@@ -104,13 +104,11 @@ def test_events_are_hit_exactly(signal: object, exact: float) -> None:
     ],
     ids=["sine", "impulse"],
 )
-def test_smooth_signals_are_of_fourth_order(signal: object, exact: float) -> None:
-    errors = []
-    for step in (0.1, 0.05):
+def test_smooth_signals_are_integrated_exactly(signal: object, exact: float) -> None:
+    for step in (0.3, 0.1):
         system = integrator()
         couple([system], [], 1.0, step, signals=driven(signal), breaks=signal.breaks)
-        errors.append(abs(system.values()[0] - exact))
-    assert math.log2(errors[0] / errors[1]) == pytest.approx(4.0, abs=0.15)
+        assert system.values()[0] == pytest.approx(exact, abs=1e-14)
 
 
 def test_state_is_saved_once_per_macro_step_and_handles_are_reused() -> None:

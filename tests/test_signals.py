@@ -1,0 +1,76 @@
+"""Sines and blows as cubics over a macro step: end values, mean and first moment are exact, all else is of fourth
+order, and what is hit feels the whole blow."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy.special import spherical_jn
+
+from orchestration.signals import Impulse, Sine, _bessel
+from orchestration.stability.systems import couple, linear
+
+PERIOD = 1.7
+RATE = 2.0 * math.pi / PERIOD
+SINE = Sine(0.5, 2.0, PERIOD, 0.3)
+
+
+def exact(t: np.ndarray) -> np.ndarray:
+    return 0.5 + 2.0 * np.sin(RATE * t + 0.3)
+
+
+def value(c: tuple[float, ...], s: np.ndarray) -> np.ndarray:
+    return c[0] + s * (c[1] + s * (c[2] / 2.0 + s * c[3] / 6.0))
+
+
+@pytest.mark.parametrize("angle", [1e-6, 0.3, math.pi, 2.0 * math.pi, -0.3])
+def test_ends_mean_and_first_moment_are_exact(angle: float) -> None:
+    """Gauss's rule of 20 points, which is exact to rounding here; angle: omega h, negative towards the past."""
+    h, t = angle / RATE, 0.4
+    c = SINE.polynomial(t, h)
+    nodes, weights = np.polynomial.legendre.leggauss(20)
+    s = 0.5 * h * (1.0 + nodes)
+    for power in (0, 1):
+        found, wanted = (np.sum(weights * nodes**power * u) for u in (value(c, s), exact(t + s)))
+        assert found == pytest.approx(wanted, abs=1e-14)
+    np.testing.assert_allclose(value(c, np.array([0.0, h])), exact(t + np.array([0.0, h])), rtol=0.0, atol=1e-14)
+
+
+def test_short_steps_keep_the_derivatives() -> None:
+    """At the start of a step of 1e-9 s, as behind an event, they are those of the sine: nothing cancels."""
+    c = SINE.polynomial(0.4, 1e-9)
+    phase = RATE * 0.4 + 0.3
+    wanted = (math.cos(phase), -RATE * math.sin(phase), -(RATE**2) * math.cos(phase))
+    np.testing.assert_allclose(c[1:], 2.0 * RATE * np.array(wanted), rtol=1e-7)
+
+
+def test_the_course_is_of_fourth_order() -> None:
+    """Largest error (omega h)^4/1920 of the amplitude."""
+    s = np.linspace(0.0, 1.0, 201)
+    for angle in (0.4, 0.2):
+        h = angle / RATE
+        error = max(np.abs(value(SINE.polynomial(t, h), h * s) - exact(t + h * s)).max() for t in np.arange(0, 2, 0.1))
+        assert error == pytest.approx(2.0 * angle**4 / 1920.0, rel=0.02)
+
+
+def test_bessel_functions() -> None:
+    for x in (1e-9, 1e-3, 0.3, 0.999, 1.001, 3.0, 20.0):
+        found = _bessel(x)
+        np.testing.assert_allclose(found, spherical_jn([1, 2], x), rtol=1e-14)
+        np.testing.assert_allclose(_bessel(-x), (-found[0], found[1]), rtol=1e-14)
+
+
+@pytest.mark.parametrize("omega", [5.0, 50.0])
+def test_an_oscillator_feels_the_whole_blow(omega: float) -> None:
+    """x'' + omega^2 x = blow of 20 ms, one macro step. By convolution, behind it: x = 2 p cos(omega w/2) sin(omega (t -
+    t0 - w/2))/(omega (p^2 - omega^2)) of the peak, with p = pi/w. A slow body feels mean and first moment; the second,
+    of which 5e-3 (omega w/2)^2 of the swing comes, is not quite that of the blow."""
+    blow, rate = Impulse(peak=3.0, width=0.02, start=0.05), math.pi / 0.02
+    body = linear("body", [[0, 1], [-omega * omega, 0]], [[0], [1]], [1, 0], [0], [0, 0], "u", "y")
+    _, log = couple([body], [], 0.2, 1.0 / 30.0, signals={"body": {"u": blow}}, breaks=blow.breaks)
+    assert sum(0.05 < entry.time < 0.07 + 1e-9 for entry in log) == 1
+    swing = 2.0 * 3.0 * rate * math.cos(0.01 * omega) / (omega * (rate**2 - omega**2))
+    bound = 6e-3 * (0.01 * omega) ** 2 * swing
+    assert body.values()[0] == pytest.approx(swing * math.sin(omega * 0.14), abs=bound)
