@@ -9,7 +9,7 @@ import io
 import math
 import tempfile
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from importlib import resources
@@ -163,12 +163,20 @@ def dimension(base: Any) -> dict[str, int]:
     return {unit: getattr(base, unit) for unit in ("kg", "m", "s", "A", "K", "mol", "cd", "rad") if getattr(base, unit)}
 
 
+_READERS: dict[str, Callable[[str], float | int | bool | str]] = {
+    "Real": float,
+    "Integer": int,
+    "Enumeration": int,
+    "Boolean": lambda text: text in ("true", "1"),
+}
+
+
 def _variable(v: ModelVariable, units: Mapping[str, Any]) -> Variable:
     def attribute(name: str) -> str | None:
         own = getattr(v, name, None)
         return own if own is not None or v.declaredType is None else getattr(v.declaredType, name, None)
 
-    read = {"Real": float, "Integer": int, "Enumeration": int, "Boolean": lambda s: s in ("true", "1")}.get(v.type, str)
+    start = None if v.start is None else _READERS.get(v.type, str)(v.start)
     return Variable(
         name=v.name,
         reference=v.valueReference,
@@ -177,13 +185,13 @@ def _variable(v: ModelVariable, units: Mapping[str, Any]) -> Variable:
         variability=v.variability,
         description=v.description or "",
         unit=attribute("unit") or "1",
-        dimension=dimension(base := units.get(attribute("unit"))),
+        dimension=dimension(base := units.get(attribute("unit") or "")),
         factor=1.0 if base is None else float(base.factor),
         offset=0.0 if base is None else float(base.offset),
         nominal=abs(float(attribute("nominal") or 1.0)) or 1.0,  # some exporters write 0, which FMI does not allow
         least=float(attribute("min") or -math.inf),
         most=float(attribute("max") or math.inf),
-        start=None if v.start is None else read(v.start),
+        start=start,
         items=tuple(item.name for item in v.declaredType.items) if v.declaredType else (),
         measured=attribute("unit") is not None,
     )

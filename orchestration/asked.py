@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 from .archive import Archive, similar
 from .check import Layer
@@ -23,7 +24,8 @@ class Asked:
 
 def read(layers: Sequence[Layer], archives: Mapping[str, Archive]) -> Asked:
     """From the tables [fidelity]. archives: per member name. Raises SceneError."""
-    tables, quantities = [], ()
+    tables: list[tuple[Layer, Mapping[str, Any]]] = []
+    quantities: tuple[str, ...] = ()
     for layer in layers:
         table = layer.raw.get("fidelity", {})
         if not isinstance(table, Mapping):

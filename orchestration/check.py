@@ -153,7 +153,8 @@ def _shaped(layer: Layer, key: str, kind: str, about: Any, variable: Variable) -
     if kind == "pulses":
         if given["width"] >= given["period"]:
             layer.refuse(key, dict(about), "pulses overlap; make width shorter than period")
-        return pulses(**{**given, "count": int(given["count"])})
+        count = int(given.pop("count"))
+        return pulses(**given, count=count)
     made = Sine(**given) if kind == "sine" else Impulse(**given)
     for value in made.extremes:
         _in_range(layer, key, dict(about), value, variable)

@@ -49,5 +49,5 @@ def settings(kind: type[T], tables: Iterable[tuple[Layer, Mapping[str, Any]]], p
             if key not in known:
                 layer.refuse(f"{prefix}{key}", raw, f"unknown; {similar(key, list(known))}")
             value = check.scalar(layer, f"{prefix}{key}", raw, known[key])
-            found[key] = known[key].items[value - 1] if known[key].items else value
+            found[key] = known[key].items[int(value) - 1] if known[key].items else value
     return kind(**found)

@@ -7,7 +7,7 @@ import contextlib
 import itertools
 import logging
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from typing import TypeVar
+from typing import Any, Protocol, TypeVar, runtime_checkable
 
 from .errors import CosimError
 
@@ -15,6 +15,14 @@ __all__ = ["Worker", "serial", "spread"]
 
 T = TypeVar("T")
 Worker = Callable[[Sequence[Callable[[], T]]], Iterable[tuple[int, T]]]  # (number of the task, its result), any order
+
+
+@runtime_checkable
+class _Replaceable(Protocol):
+    def lost(self, why: str) -> Any:
+        """What stands for the result of a task whose process dies."""
+
+
 _DEATH = "the process that ran it died, every time that it was tried"
 AHEAD = 4  # tasks handed out per thread: enough to keep it busy, few enough that a long list costs no memory
 
@@ -53,7 +61,7 @@ def spread(
             client = stack.enter_context(Client(place))
         except (OSError, ValueError) as error:
             raise CosimError(f"no dask scheduler at {scheduler}: {error}; start one with `dask scheduler`") from error
-        numbers = {}
+        numbers: dict[Any, int] = {}
         waiting = enumerate(tasks)
 
         def submit(count: int) -> list:
@@ -76,7 +84,8 @@ def spread(
             try:
                 found = client.submit(tasks[number], pure=False).result()
             except KilledWorker as error:
-                if not hasattr(tasks[number], "lost"):
+                task = tasks[number]
+                if not isinstance(task, _Replaceable):
                     raise CosimError(f"{_DEATH}: {error}") from error
-                found = tasks[number].lost(_DEATH)
+                found = task.lost(_DEATH)
             yield number, found

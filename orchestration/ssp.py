@@ -29,7 +29,7 @@ from .signals import Constant
 __all__ = ["SYSTEM", "write"]
 
 SYSTEM = "manipulator"
-Values = list[tuple[Variable, float | int | bool]]
+Values = list[tuple[Variable, float | int | bool | str | None]]
 _OUTPUTS = ("thermal.T", "rod.tip.p", "rod.tip.euler")  # connectors besides those that are wired
 _NAMESPACES = {
     name: f"http://ssp-standard.org/SSP1/SystemStructure{whole}"
@@ -50,8 +50,8 @@ def write(path: Path, name: str = "step", overrides: Iterable[str] = ("rod.closu
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("SystemStructure.ssd", _text(_structure(scene, bound)))
         for set_name, other in sets.items():
-            for member, values in _values(other).items():
-                archive.writestr(_set_file(set_name, member), _text(_parameter_set(values, set_name)))
+            for owner, values in _values(other).items():
+                archive.writestr(_set_file(set_name, owner), _text(_parameter_set(values, set_name)))
         for member in scene.members:
             archive.write(member.archive.path, f"resources/{member.archive.path.name}")
 

@@ -224,19 +224,19 @@ class _Reader:
         if source is None:
             return binding.findall("ssd:ParameterValues/ssv:ParameterSet", _SPACES)
         if self.chosen is not None:
-            source = self._chosen(source)
+            source = self._chosen(source, self.chosen)
         root = self._document(self._entry(source, where), "ParameterValues")
         self._supported(root)
         return [root]
 
-    def _chosen(self, source: str) -> str:
+    def _chosen(self, source: str, chosen: str) -> str:
         """The file of the chosen set beside the one that is bound: SET.ssv, or SET.COMPONENT.ssv."""
         bound = PurePosixPath(source)
-        other = bound.with_name(".".join([self.chosen, *bound.name.split(".")[1:]]))
+        other = bound.with_name(".".join([chosen, *bound.name.split(".")[1:]]))
         entries = [PurePosixPath(entry) for entry in self.opened.namelist()]
         if other not in entries:
             known = {e.name.split(".")[0] for e in entries if e.suffix == ".ssv"}
-            self._refuse(f"parameters = {self.chosen!r}", similar(self.chosen, sorted(known)))
+            self._refuse(f"parameters = {chosen!r}", similar(chosen, sorted(known)))
         return str(other)
 
 

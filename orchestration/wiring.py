@@ -43,10 +43,10 @@ def loops(names: Sequence[str], connections: Sequence[Connection], jacobi: bool 
     place = {name: k for k, name in enumerate(names)}
     found = []
     for node in nx.lexicographical_topological_sort(
-        condensed, key=lambda n: min(map(place.get, condensed.nodes[n]["members"]))
+        condensed, key=lambda n: min(place[name] for name in condensed.nodes[n]["members"])
     ):
         members = condensed.nodes[node]["members"]
         inner = [c for c in connections if c.source[0] in members and c.target[0] in members]
         torn = frozenset(c for c in inner if jacobi or place[c.source[0]] >= place[c.target[0]])
-        found.append(Loop(tuple(sorted(members, key=place.get)), torn))
+        found.append(Loop(tuple(sorted(members, key=place.__getitem__)), torn))
     return tuple(found)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import typer
 
 from . import (
@@ -27,7 +29,7 @@ __all__ = ["app"]
 
 app = typer.Typer(no_args_is_help=True, add_completion=False, help="Co-simulation of soft manipulators driven by TCAs.")
 
-for name, command in {
+_COMMANDS: dict[str, Callable[..., None]] = {
     "run": run.command,
     "timing": timing.command,
     "paper": paper.command,
@@ -44,5 +46,6 @@ for name, command in {
     "chart": chart.command,
     "halving": halving.command,
     "peers": peers.command,
-}.items():
+}
+for name, command in _COMMANDS.items():
     app.command(name)(command)

@@ -54,8 +54,7 @@ def command(
                 rate = now.done / (time.perf_counter() - begin)
                 bar.update(task, completed=now.found + now.done, total=now.total, rate=rate)
 
-            spread = worker(scheduler, workers)
-            found = sweep.run(described, folder / f"{name}.sqlite", spread, advance)
+            found = sweep.run(described, folder / f"{name}.sqlite", worker(scheduler, workers), advance)
         spent = time.perf_counter() - begin
         results.write(found, folder / f"{name}.nc")
         sweep.chart.save(sweep.chart.draw(found), folder, name)

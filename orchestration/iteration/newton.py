@@ -41,7 +41,7 @@ class Newton:
         if len(trace.r) == 1:  # a new macro step: the Jacobian stays, all else is of the step before
             memory.probe, memory.last, memory.is_tangent = None, np.inf, False
         if memory.probe is not None:
-            return self._probed(memory, x, r)
+            return self._probed(memory, memory.probe, x, r)
         norm = np.abs(r).max()
         if memory.jacobian is None or norm > self.contraction * memory.last:
             jacobian = self._tangent(trace, memory, norm)
@@ -61,8 +61,7 @@ class Newton:
         target[len(probe.columns)] += self.step
         return target - x
 
-    def _probed(self, memory: _Memory, x: np.ndarray, r: np.ndarray) -> np.ndarray:
-        probe = memory.probe
+    def _probed(self, memory: _Memory, probe: _Probe, x: np.ndarray, r: np.ndarray) -> np.ndarray:
         probe.columns.append((r - probe.r) / self.step)
         if len(probe.columns) < x.size:
             return self._perturbed(probe, x)

@@ -66,7 +66,8 @@ class Secants:
     @property
     def gain(self) -> float:
         """Estimated spectral radius of S; nan without a column."""
-        return float(spectral_radius(self.inverse)) if self.columns else math.nan
+        inverse = self.inverse
+        return math.nan if inverse is None else float(spectral_radius(inverse))
 
 
 def spectral_radius(inverse: np.ndarray) -> np.ndarray:

@@ -7,7 +7,9 @@ from __future__ import annotations
 
 import contextlib
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from typing import cast
 
 import numpy as np
 from scipy.linalg import block_diag
@@ -60,7 +62,8 @@ def _moving(member: Member, part: Part) -> Model:
 
 
 def _matrix(system: System) -> np.ndarray:
-    blocks = [part.linearised() for part in system.parts.values()]
+    models = cast("Iterable[Model]", system.parts.values())  # equilibria have given way to models
+    blocks = [model.linearised() for model in models]
     A, B, C, D = (block_diag(*(block[k] for block in blocks)) for k in range(4))
     first_input, first_output, inputs, outputs = {}, {}, 0, 0
     for name, part in system.parts.items():

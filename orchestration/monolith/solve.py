@@ -14,6 +14,7 @@ from sksundae import SUNDIALS_VERSION
 from sksundae.cvode import CVODE
 
 from .. import results
+from ..archive import Variable
 from ..closing import closed_inside
 from ..errors import SubsystemError
 from ..master import StepLog
@@ -58,7 +59,7 @@ def logged(
 
 
 def result(scene: Scene, logs: Sequence[StepLog], tolerance: float) -> xr.Dataset:
-    names = {m.name: recorded(m) for m in scene.members}
+    names: dict[str, Sequence[Variable]] = {m.name: recorded(m) for m in scene.members}
     dataset = results.collect(scene, names, logs[0].record, logs[1:], "complete")
     dataset.attrs["coupling"] = json.dumps(
         {"method": "monolith", "solver": f"CVODE BDF {SUNDIALS_VERSION}", "tolerance": tolerance}

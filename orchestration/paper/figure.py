@@ -62,7 +62,8 @@ def _top(axes: Axes, result: xr.Dataset, points: np.ndarray) -> None:
     millimetres = 1e3
     shape = result["rod.shape.p"].to_numpy() * millimetres
     tip = result["rod.tip.p"].to_numpy() * millimetres
-    every = np.unique(np.searchsorted(result["time"], np.arange(0.0, result["time"][-1] + 1e-9, SHAPE_EVERY)))
+    times = result["time"].to_numpy()
+    every = np.unique(np.searchsorted(times, np.arange(0.0, times[-1] + 1e-9, SHAPE_EVERY)))
     for k in every:
         axes.plot(shape[k, :, 0], shape[k, :, 1], color="0.75", linewidth=0.8, label="body" if k == 0 else None)
     axes.plot(tip[:, 0], tip[:, 1], color="black", label="tip")

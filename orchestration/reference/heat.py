@@ -119,19 +119,17 @@ def heat(
     first = _power(voltage(pieces[0][0], *pieces[0][:2]), R, data, m.means @ T, shift(pieces[0][0]))
     rows, splines = [_row(pieces[0][0], T, first, ambient(pieces[0][0], *pieces[0][:2]), m, data)], []
     for marks in pieces:
-        knots, values, slopes = [marks[0]], [m.means @ T], [None]
+        knots, values, slopes = [marks[0]], [m.means @ T], list[np.ndarray]()
         for a, b in _steps(marks, step):
             T, slope, power = _advance(T, a, b, voltage, ambient, R, m, integrate, data, shift)
             knots.append(b)
             values.append(m.means @ T)
-            slopes.append(slope[-1])
-            if slopes[0] is None:
-                slopes[0] = _extrapolated(slope, b - a)
+            slopes += [slope[-1]] if slopes else [_extrapolated(slope, b - a), slope[-1]]
             if b in marks:
                 rows.append(_row(b, T, power, ambient(b, a, b), m, data))
         splines.append((marks[-1], CubicHermiteSpline(knots, np.array(values), np.array(slopes))))
-    columns = [np.array(column) for column in zip(*rows, strict=True)]
-    return HeatCourse(*columns, pieces=tuple(splines), unknowns=T.size)
+    times, means, powers, stored, loss = (np.array(column) for column in zip(*rows, strict=True))
+    return HeatCourse(times, means, powers, stored, loss, tuple(splines), T.size)
 
 
 def _advance(T, a, b, voltage, ambient, R, m: Matrices, integrate: LinearRadau, data: HeatData, shift):

@@ -27,7 +27,7 @@ class Inputs:
     @classmethod
     def of(cls, owner: Member, name: str) -> Inputs:
         elements = owner.archive.vectors.get(name, (name,))
-        return cls(tuple(owner.signals.get(e, Constant(float(owner.archive.variables[e].start))) for e in elements))
+        return cls(tuple(owner.signals.get(e, Constant(owner.real(e))) for e in elements))
 
     def __call__(self, t: float, a: float, b: float) -> np.ndarray:
         """Values at t in the stretch from a to b in which nothing jumps: at its ends the limits from inside."""
@@ -42,15 +42,19 @@ def breaks(scene: Scene) -> np.ndarray:
 
 
 def heat_data(thermal: Member) -> HeatData:
-    v = _Values(thermal)
-    return heat_data_of(v.__getitem__, v.all)
+    return heat_data_of(thermal.real, thermal.reals)
 
 
 def heat_data_of(value: Callable[[str], float], elements: Callable[[str], Sequence[float]]) -> HeatData:
     """value, elements: of a parameter, and of a vector of them, by name."""
-    across = (value(name) for name in ("body.radius", "tca.outer_radius", "tca.inner_radius", "tca.offset"))
     return HeatData(
-        section=Section(*across, tuple(elements("tca.azimuth"))),
+        section=Section(
+            value("body.radius"),
+            value("tca.outer_radius"),
+            value("tca.inner_radius"),
+            value("tca.offset"),
+            tuple(elements("tca.azimuth")),
+        ),
         length=value("body.length"),
         body_k=value("body.k"),
         body_rho_c=value("body.rho_c"),
@@ -66,50 +70,34 @@ def heat_data_of(value: Callable[[str], float], elements: Callable[[str], Sequen
 
 def rod_data(rod: Member) -> RodData:
     """Whatever strains and closure the scene chooses: all six strains, and the TCAs' law inside."""
-    if _choice(rod, "tca.pitch") == "current":
+    if rod.choice("tca.pitch") == "current":
         raise SceneError(f"reference: {rod.name}.tca.pitch = 'current' is not covered; allowed: 'frozen'")
-    v = _Values(rod)
-    radius, length, E = v["body.radius"], v["body.length"], v["body.E"]
-    area, second, G = np.pi * radius**2, np.pi * radius**4 / 4, E / (2 * (1 + v["body.nu"]))
-    shear = v["body.shear_factor"] * G * area
+    v = rod.real
+    radius, length, E = v("body.radius"), v("body.length"), v("body.E")
+    area, second, G = np.pi * radius**2, np.pi * radius**4 / 4, E / (2 * (1 + v("body.nu")))
+    shear = v("body.shear_factor") * G * area
     round_rod = np.array([E * second, E * second, 2 * G * second, shear, shear, E * area])
     wire = WireLaw(
-        length=v["tca.wire_length"],
+        length=v("tca.wire_length"),
         coiled=length,
-        diameter=v["tca.wire_diameter"],
-        coils=v["tca.coils"],
-        twists=v["tca.twists"],
-        E=v["tca.E"],
-        expansion=v["tca.rho_T"],
+        diameter=v("tca.wire_diameter"),
+        coils=v("tca.coils"),
+        twists=v("tca.twists"),
+        E=v("tca.E"),
+        expansion=v("tca.rho_T"),
     )
-    measured = _choice(rod, "tca.law") == "measured"
+    measured = rod.choice("tca.law") == "measured"
     return RodData(
         length=length,
-        stiffness=np.array(v.all("body.stiffness")) if _choice(rod, "body.profile") == "given" else round_rod,
-        rest=np.array([*v.all("body.curvature"), 0.0, 0.0, 1.0]),
-        inertia=v["body.rho"] * np.array([second, second, 2 * second, area, area, area]),
-        retardation=v["body.retardation"],
-        offset=v["tca.offset"],
-        azimuth=np.array(v.all("tca.azimuth")),
-        helix=np.array(v.all("tca.helix")),
-        tca_stiffness=v["tca.stiffness"] if measured else 1.0 / wire.f1,
-        law=v["tca.stroke"] if measured else wire,
-        chirality=int(v["tca.chirality"]),
-        T_0=v["T_0"],
+        stiffness=np.array(rod.reals("body.stiffness")) if rod.choice("body.profile") == "given" else round_rod,
+        rest=np.array([*rod.reals("body.curvature"), 0.0, 0.0, 1.0]),
+        inertia=v("body.rho") * np.array([second, second, 2 * second, area, area, area]),
+        retardation=v("body.retardation"),
+        offset=v("tca.offset"),
+        azimuth=np.array(rod.reals("tca.azimuth")),
+        helix=np.array(rod.reals("tca.helix")),
+        tca_stiffness=v("tca.stiffness") if measured else 1.0 / wire.f1,
+        law=v("tca.stroke") if measured else wire,
+        chirality=int(v("tca.chirality")),
+        T_0=v("T_0"),
     )
-
-
-class _Values:
-    def __init__(self, owner: Member) -> None:
-        self._owner = owner
-
-    def __getitem__(self, name: str) -> float:
-        return float(self._owner.value(name))
-
-    def all(self, name: str) -> Sequence[float]:
-        return [self[element] for element in self._owner.archive.vectors[name]]
-
-
-def _choice(owner: Member, name: str) -> str:
-    """The item of an enumeration that holds."""
-    return owner.archive.variables[name].items[int(owner.value(name)) - 1]

@@ -87,7 +87,7 @@ def prepared(
         course, moved = passed(lambda t: 0.0)
         if thermal and rod and thermal.value("tca.beta"):
             course, moved = _fed_back(scene, thermal, rod, pieces, passed, moved["delta"])
-        if course:
+        if thermal and course:
             heated = {"T": course.T, "P": course.P, "E_stored": course.stored, "Q_loss": course.loss}
             _add(dataset, thermal, {name: values[keep] for name, values in heated.items()})
         if rod:
@@ -108,7 +108,7 @@ def _fed_back(
 ) -> tuple[HeatCourse | None, dict[str, np.ndarray]]:
     """Resistances that follow the displacements, R (1 + beta delta/L): whole courses again and again, since what comes
     later does not act on what was before. Splines between the outputs. Raises SubsystemError."""
-    scale = float(thermal.value("tca.beta") or 0.0) / float(thermal.value("body.length") or 1.0)
+    scale = thermal.real("tca.beta") / thermal.real("body.length")
     own, sources = Inputs.of(thermal, "delta"), {c.target: c.source for c in scene.connections}
     wired = [sources.get((thermal.name, name)) for name in thermal.archive.vectors["delta"]]
     columns = [rod.archive.vectors["delta"].index(source[1]) if source else None for source in wired]
@@ -126,7 +126,7 @@ def _fed_back(
         course, moved = passed(shift)
         change = float(np.abs(moved["delta"] - delta).max())
         delta = moved["delta"]
-        if change <= _SETTLED * float(thermal.value("body.length") or 1.0):
+        if change <= _SETTLED * thermal.real("body.length"):
             return course, moved
     raise SubsystemError(
         f"reference: the feedback of displacements on resistances does not settle in {_PASSES} passes (last change "

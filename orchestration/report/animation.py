@@ -39,7 +39,7 @@ def images(result: xr.Dataset, frames: int = 100) -> Iterator[np.ndarray]:
     figure = Figure(figsize=(9.6, 5.4), dpi=100, layout="constrained")
     canvas = FigureCanvasAgg(figure)
     figure.suptitle(str(result.attrs.get("title", "")), fontsize=11)
-    left, right = np.ravel(figure.subfigures(1, 2, width_ratios=(1.25, 1.0)))
+    left, right = figure.subfigures(1, 2, squeeze=False, width_ratios=(1.25, 1.0))[0]
     movers = [_body(left, m), _courses(right, result, m)]
     canvas.draw()  # what stays; what moves is drawn over it
     background = canvas.copy_from_bbox(figure.bbox)

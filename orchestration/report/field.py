@@ -12,7 +12,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import partial
 from itertools import pairwise
 from typing import Any
 
@@ -62,7 +61,7 @@ class Field:
 def field(result: xr.Dataset, heat: str, rows: np.ndarray, station: int) -> Field:
     """heat: the member that is the heat model; rows: of the result, from its start; station: of the cap."""
     parameters = members(result)[heat]["parameters"]
-    data = heat_data_of(parameters.__getitem__, partial(vector, parameters))
+    data = heat_data_of(parameters.__getitem__, lambda name: tuple(vector(parameters, name)))
     m = Matrices(data, _EDGE * data.section.radius)
     rises = _solve(result, heat, rows, data, m)
     means = data.T_0 + rises @ m.means.T

@@ -33,6 +33,17 @@ class Member:
         declared = self.archive.variables.get(parameter)
         return self.parameters.get(parameter, declared.start if declared else None)
 
+    def real(self, parameter: str) -> float:
+        """Of one that there is."""
+        return float(self.value(parameter) or 0.0)
+
+    def reals(self, vector: str) -> tuple[float, ...]:
+        return tuple(self.real(element) for element in self.archive.vectors[vector])
+
+    def choice(self, parameter: str) -> str:
+        """The item of an enumeration that holds."""
+        return self.archive.variables[parameter].items[int(self.real(parameter)) - 1]
+
 
 def read_members(
     top: Mapping[str, tuple[Any, Layer]],

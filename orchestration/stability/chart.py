@@ -9,6 +9,7 @@ import math
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
+from matplotlib.collections import QuadMesh
 from matplotlib.colors import ListedColormap, LogNorm
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -31,13 +32,12 @@ def draw(dataset: xr.Dataset) -> Figure:
     figure = Figure(figsize=(13.0, 3.1 * rows + 1.3), layout="constrained")
     axes = figure.subplots(rows, COLUMNS, sharex=True, sharey=True, squeeze=False)
     described = json.loads(dataset.attrs["panels"])
-    image = None
     for k, place in enumerate(axes.flat):
         if k >= count:
             place.set_visible(False)
             axes.flat[k - COLUMNS].tick_params(labelbottom=True)
             continue
-        image = _panel(place, dataset.isel(panel=k), described[k]["marks"])
+        image = _panel(place, dataset.isel(panel=k), described[k]["marks"])  # one scale of colours for all
         if k % COLUMNS == 0:
             place.set_ylabel(f"{dataset['strength'].attrs['long_name']} [1]", fontsize=9)
         if k + COLUMNS >= count:
@@ -55,7 +55,7 @@ def draw(dataset: xr.Dataset) -> Figure:
     return figure
 
 
-def _panel(axes: Axes, panel: xr.Dataset, marks: list[list[float]]) -> object:
+def _panel(axes: Axes, panel: xr.Dataset, marks: list[list[float]]) -> QuadMesh:
     steps, strengths = panel["step"].to_numpy(), panel["strength"].to_numpy()
     verdict = panel["verdict"].to_numpy().T
     good = verdict == KINDS.index("converged")

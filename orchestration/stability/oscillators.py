@@ -80,8 +80,8 @@ def panels() -> tuple[Panel, ...]:
         for degree, shape, mark in zip(("linear", "quadratic"), (line, parabola), limits, strict=True):
             how = {**explicit, **shape, "jacobi": jacobi}
             found.append(_panel(f"masses {label}: explicit, {degree}", system, how, None, mark, 1))
-    how = {"method": "iqn", "tolerance": 1e-10, **line}
-    found.append(_panel("masses D/D: iqn, linear", "displacement/displacement", how))
+    iterated = {"method": "iqn", "tolerance": 1e-10, **line}
+    found.append(_panel("masses D/D: iqn, linear", "displacement/displacement", iterated))
     return tuple(found)
 
 

@@ -108,11 +108,14 @@ def beam(scene: Scene) -> Beam:
     for name in rod.archive.vectors["tca.helix"]:
         _refuse(rod, name, 0.0, "helical TCAs")
     numbers = {
-        name: float(rod.value(f"body.{name}"))
-        for name in ("E", "nu", "rho", "radius", "length", "shear_factor", "retardation")
+        name: rod.real(f"body.{name}") for name in ("E", "nu", "rho", "radius", "length", "shear_factor", "retardation")
     }
-    azimuths = tuple(float(rod.value(name)) for name in rod.archive.vectors["tca.azimuth"])
-    return Beam(**numbers, offset=float(rod.value("tca.offset")), azimuths=azimuths, dynamic=bool(rod.value("dynamic")))
+    return Beam(
+        **numbers,
+        offset=rod.real("tca.offset"),
+        azimuths=rod.reals("tca.azimuth"),
+        dynamic=bool(rod.value("dynamic")),
+    )
 
 
 def _refuse(rod: Member, name: str, allowed: float, what: str) -> None:

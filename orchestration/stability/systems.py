@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -49,17 +50,17 @@ def linear(
 ) -> Linear:
     """Matrices as nested lists; inputs and outputs as names with blanks between."""
     n, u, y = len(start), inputs.split(), outputs.split()
-    shaped = (
+    A, B, C, D = (
         np.reshape(np.array(m, dtype=float), s)
         for m, s in ((a, (n, n)), (b, (n, len(u))), (c, (len(y), n)), (d, (len(y), len(u))))
     )
-    return kind(name, *shaped, np.array(start, dtype=float), tuple(map(Port, u)), tuple(map(Port, y)))
+    return kind(name, A, B, C, D, np.array(start, dtype=float), tuple(map(Port, u)), tuple(map(Port, y)))
 
 
 def wires(*texts: str) -> list[Connection]:
     """'a.x -> b.u' each."""
-    pairs = [[tuple(end.strip().split(".")) for end in text.split("->")] for text in texts]
-    return [Connection(source, target) for source, target in pairs]
+    ends = [[end.strip().partition(".") for end in text.split("->")] for text in texts]
+    return [Connection((source[0], source[2]), (target[0], target[2])) for source, target in ends]
 
 
 def dahlquist(gain: float = 4.0) -> System:
@@ -103,7 +104,7 @@ def couple(
     control: Control | None = None,
     breaks: Sequence[float] = (),
     observe: Callable[[], object] = lambda: None,
-    **settings: float,
+    **settings: Any,
 ) -> tuple[Master, list[StepLog]]:
     """The master at `stop` and its log. through: exchange of what is known at both ends of a step. Raises
     CouplingError, SubsystemError."""
@@ -120,7 +121,7 @@ def connected(
     jacobi: bool = False,
     signals: dict[str, dict[str, Signal]] | None = None,
     observe: Callable[[], object] = lambda: None,
-    **settings: float,
+    **settings: Any,
 ) -> Master:
     """The master at the start."""
     made = iteration.METHODS[method]() if isinstance(method, str) else method
@@ -137,7 +138,7 @@ def course(
     step: float,
     count: int,
     method: str | iteration.Method | None = "iqn",
-    **how: object,
+    **how: Any,
 ) -> tuple[list[np.ndarray], list[StepLog]]:
     """States (n,) after each of `count` macro steps, all of exactly that length, from a start that excites all of them,
     and the log. Raises CouplingError."""
@@ -159,6 +160,6 @@ def course(
     return [log.record for log in logs], logs
 
 
-def step_radius(systems: list[Linear], connections: list[Connection], step: float, **how: object) -> float:
+def step_radius(systems: list[Linear], connections: list[Connection], step: float, **how: Any) -> float:
     """Spectral radius of one macro step, seen from a run (verdict.spectral_growth)."""
     return spectral_growth(course(systems, connections, step, 80, **how)[0])

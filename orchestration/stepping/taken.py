@@ -15,6 +15,8 @@ class Taken(NamedTuple):
 
 
 class Control(Protocol):
-    step: float  # first length [s]
+    @property
+    def step(self) -> float:
+        """First length [s]."""
 
     def take(self, master: Master, time: float, length: float) -> Taken: ...

@@ -73,14 +73,14 @@ def read(layer: Layer, scene: Scene, name: str, raw: Any) -> Axis:
         if not raw:
             layer.refuse(key, raw, "an empty list; give values, or a distribution")
         values = [check.scalar(layer, key, value, variable) for value in raw]
-        return Axis(name, variable, tuple(variable.items[v - 1] if variable.items else v for v in values))
+        return Axis(name, variable, tuple(variable.items[int(v) - 1] if variable.items else v for v in values))
     if not isinstance(raw, Mapping):
         layer.refuse(key, raw, "wants a list of values or a distribution, such as { uniform = { loc = 1, scale = 2 } }")
     laws = [word for word in raw if word != "levels"]
     if len(laws) != 1:
         layer.refuse(key, dict(raw), "wants one distribution, such as { uniform = { loc = 1, scale = 2 } }")
     arguments = _arguments(layer, key, laws[0], raw[laws[0]], variable)
-    levels = check.scalar(layer, f"{key}: levels", raw["levels"], _LEVELS) if "levels" in raw else 0
+    levels = int(check.scalar(layer, f"{key}: levels", raw["levels"], _LEVELS)) if "levels" in raw else 0
     return Axis(name, variable, law=laws[0], arguments=arguments, levels=levels)
 
 
