@@ -20,7 +20,6 @@ from orchestration.chart.norm import Norm, front
 from orchestration.chart.release import draw
 from orchestration.chart.series import plan
 from orchestration.chart.solvers import SOLVERS, CoSimulation
-from orchestration.chart.truth import output_times
 from orchestration.errors import CosimError
 from orchestration.peers.table import Row
 from orchestration.scene import read
@@ -101,13 +100,6 @@ def test_the_front_on_known_data() -> None:
     errors = np.array([1e-1, 1e-2, 1e-2, 1e-3, 2e-3, np.inf, 1e-4])
     costs = np.array([1.0, 2.0, 2.0, 4.0, 5.0, 0.1, np.nan])
     np.testing.assert_array_equal(front(errors, costs), [True, True, True, True, False, False, False])
-
-
-def test_output_times_meet_the_jumps_where_they_can() -> None:
-    for name, count in (("step", 30), ("switch", 30), ("pulse", 50), ("jump", 30)):
-        times = output_times(orchestration.read(name), 30)
-        assert times.size == count + 1
-        assert times[-1] == orchestration.read(name).stop_time
 
 
 # -- series ------------------------------------------------------------------------------------------------------------
@@ -214,6 +206,17 @@ def test_a_run_begun_again_is_the_same() -> None:
     again = solver.result()
     xr.testing.assert_identical(first, again)
     assert solver.work == work >= 16  # counted once
+    solver.close()
+
+
+@pytest.mark.parametrize(("steps", "wanted"), [(1, 4 + 1), (2, 2 * 4 + 1)])
+def test_a_jump_between_outputs_costs_a_step(steps: int, wanted: int) -> None:
+    """At 7.03 s, of outputs every 2.5 s: 5 to 7.5 s is 2.03 s and 0.47 s long."""
+    times = np.linspace(0.0, 10.0, 5)
+    solver = CoSimulation("jump", ["stop_time=10", "rod.closure=inside"], times, steps)
+    solver.run(math.inf)
+    assert solver.work == 2 * wanted
+    assert 7.03 in solver.result()["time"]
     solver.close()
 
 

@@ -16,7 +16,7 @@ from .measure import measure
 from .norm import Norm
 from .series import OWN, plan
 from .table import tabulated
-from .truth import LEVELS, output_times, solve
+from .truth import LEVELS, solve
 
 __all__ = ["Truth", "run", "truth"]
 
@@ -36,7 +36,7 @@ def truth(
     """For every scene; file: of the series; the worker may spread them over processes. Raises CosimError."""
     chosen = plan(file)
     scenes = [read(source, overrides) for source in sources]
-    times = [output_times(scene, chosen.outputs) for scene in scenes]
+    times = [np.linspace(0.0, scene.stop_time, chosen.outputs + 1) for scene in scenes]
     tasks = [
         partial(solve, source, overrides, grid, chosen.truth[level])
         for source, grid in zip(sources, times, strict=True)

@@ -68,7 +68,7 @@ class Series:
 
 @dataclass(frozen=True)
 class Plan:
-    """outputs: least number of output times; panels: key -> title, in order; truth: coarse and fine."""
+    """outputs: how many, evenly spaced; panels: key -> title, in order; truth: coarse and fine."""
 
     outputs: int
     panels: Mapping[str, str]
