@@ -137,6 +137,7 @@ def _member(m: Member) -> dict[str, Any]:
         "fmu": m.archive.path.name,
         "guid": m.archive.guid,
         "parameters": values,
+        "rests": m.rests,
         "choices": {v: about.items[int(values[v]) - 1] for v, about in parameters.items() if about.items},
         "units": {v: about.unit for v, about in parameters.items() if about.unit != "1"},
         "signals": {name: [type(signal).__name__, asdict(signal)] for name, signal in m.signals.items()},

@@ -14,6 +14,7 @@ from .drive import drive
 from .errors import CosimError, SceneError, SubsystemError
 from .master import Master, Settings, StepLog
 from .network import assemble
+from .resting import Resting
 from .scene import Coupling, Member, Scene
 from .slave import Slave
 from .stepping import Control, Doubling, Embedded, Fixed
@@ -50,12 +51,15 @@ def prepared(scene: Scene) -> Iterator[Prepared]:
         for member in scene.members:
             stack.callback(member.archive.close)  # the extracted files; a later run extracts them again
         slaves = tuple(stack.enter_context(contextlib.closing(_slave(scene, member))) for member in scene.members)
-        _adaptable(scene.coupling, slaves)
+        rests = {m.name for m in scene.members if m.rests}
+        systems = tuple(Resting(slave) if slave.name in rests else slave for slave in slaves)
+        connections = [c for c in scene.connections if c.target[0] not in rests]
+        _adaptable(scene.coupling, systems)
         signals = {m.name: m.signals for m in scene.members}
         settings = _settings(scene.coupling)
         jacobi = scene.coupling.schedule == "jacobi"
-        circuits = assemble(slaves, scene.connections, signals, settings.exchange, settings.waveform, jacobi)
-        master = Master(circuits, settings, lambda: {slave.name: slave.record() for slave in slaves})
+        circuits = assemble(systems, connections, signals, settings.exchange, settings.waveform, jacobi)
+        master = Master(circuits, settings, lambda: {system.name: system.record() for system in systems})
         master.initialise(0.0)
         yield Prepared(scene, slaves, master)
 
@@ -99,8 +103,8 @@ def recorded(member: Member) -> list[Variable]:
     return [v for v in member.archive.variables.values() if v.type == "Real" and v.causality in ("input", "output")]
 
 
-def _adaptable(coupling: Coupling, slaves: Sequence[Slave]) -> None:
-    rigid = [slave.name for slave in slaves if not slave.can_rollback]
+def _adaptable(coupling: Coupling, systems: Sequence[Slave | Resting]) -> None:
+    rigid = [system.name for system in systems if not system.can_rollback]
     if rigid and coupling.control != "fixed":
         raise SubsystemError(
             f"{', '.join(rigid)} cannot save and restore state (canGetAndSetFMUstate = false), so steps cannot be "

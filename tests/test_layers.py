@@ -13,7 +13,7 @@ ORDER = (
     ("figures", "spread"),
     ("archive", "linear", "wiring"),
     ("instance",),
-    ("slave",),
+    ("resting", "slave"),
     ("exchange", "iteration", "failure"),
     ("network",),
     ("settle", "couple"),
