@@ -15,6 +15,9 @@ class Engine {
  public:
   virtual ~Engine() = default;
 
+  /// Of the residual of the whole rod so far, whoever asked for them.
+  virtual long evaluations() const = 0;
+
   /// Doubles in `memory` below.
   virtual std::size_t memory_size() const = 0;
   /// Unloaded and at rest.

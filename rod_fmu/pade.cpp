@@ -190,6 +190,7 @@ struct Residual {
 template <class System>
 Residual assemble(System& s, const TcaLaw& law, const std::vector<double>& weight, const std::vector<pade::Unknowns>& z,
                   GridScratch& scratch) {
+  ++scratch.evaluations;
   const int n = static_cast<int>(z.size());
   const double spacing = 1.0 / (n - 1);
   for (int i = 0; i < tcas; ++i) {

@@ -59,6 +59,7 @@ struct GridScratch {
   std::vector<pade::Row> rows;
   pade::FrontSolver solver;
   std::vector<double> backup;
+  long evaluations = 0;  // of the residual at all points
 };
 
 /// Constant after construction.

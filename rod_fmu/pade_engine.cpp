@@ -10,6 +10,8 @@ class GridEngine final : public Engine {
  public:
   explicit GridEngine(const Parameters& p) : rod_(p, Section::of(p), p.grid_points), scratch_(rod_.scratch()) {}
 
+  long evaluations() const override { return scratch_.evaluations; }
+
   std::size_t memory_size() const override { return GridState::size(rod_.points()); }
 
   void rest(std::span<double> memory) override {

@@ -105,6 +105,7 @@ double Rod::first_frequency() const {
 }
 
 void Rod::residual(const double* q, const double* v, const double* a, const Loads& loads, Work& work, Vector& r) const {
+  ++evaluations_;
   const int n = unknowns();
   r.resize(n);
   std::array<double*, tca_count> b;

@@ -47,7 +47,7 @@ struct Weights {
   double q = 0.0, v = 0.0, a = 0.0;
 };
 
-/// Constant after construction.
+/// Constant after construction, but for the count of its evaluations.
 class Rod {
  public:
   Rod() = default;
@@ -62,6 +62,8 @@ class Rod {
 
   /// r(q, v, a) [J]. Statics when v and a are null. Fills work for the calls below.
   void residual(const double* q, const double* v, const double* a, const Loads& loads, Work& work, Vector& r) const;
+  /// How often residual() was called.
+  long evaluations() const { return evaluations_; }
   /// The exact derivative at the point of the last residual().
   void tangent(const Work& work, const Weights& weights, Matrix& J) const;
   /// The derivative in the direction (0, dv, da).
@@ -101,6 +103,7 @@ class Rod {
   RateLoop rates_ = nullptr;
   PerTca<double> reference_path_{};  // int |u_i| ds/L of the unstrained rod
   Vector stiffness_, damping_;
+  mutable long evaluations_ = 0;
 };
 
 }  // namespace rod

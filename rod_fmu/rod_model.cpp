@@ -77,20 +77,31 @@ void RodModel::build() {
   check(p);
   warned_ = false;
   engine_ = p.dynamic && p.method == Method::pade_euler ? make_grid_engine(p) : make_strain_engine(p);
-  memory_.assign(engine_->memory_size(), 0.0);
-  engine_->rest(memory_);
+  memory_.assign(engine_->memory_size() + 1, 0.0);
+  engine_->rest(engine_memory());
+}
+
+/// call() with its evaluations added to those in the memory.
+template <class Call>
+auto RodModel::counted(Call call) {
+  const long before = engine_->evaluations();
+  const auto result = call();
+  memory_.back() += static_cast<double>(engine_->evaluations() - before);
+  return result;
 }
 
 void RodModel::initialise(double t) {
-  engine_->rest(memory_);
+  engine_->rest(engine_memory());
+  memory_.back() = 0.0;
   if (!data_.parameters.start_at_equilibrium && data_.parameters.dynamic) return;
-  if (!engine_->settle(memory_, loads_at(data_.inputs, 0.0)))
+  if (!counted([&] { return engine_->settle(engine_memory(), loads_at(data_.inputs, 0.0)); }))
     refuse("no equilibrium found at t = ", t,
            " s for the inputs at the start; reduce the loads, or start straight (start_at_equilibrium = false)");
 }
 
 fmu::StepResult RodModel::step(double t, double h) {
-  const Advance advance = engine_->step(memory_, data_.inputs, h, data_.parameters.tolerance);
+  const Advance advance =
+      counted([&] { return engine_->step(engine_memory(), data_.inputs, h, data_.parameters.tolerance); });
   return {advance.reached == h ? t + h : t + advance.reached, advance.trouble};
 }
 
@@ -103,27 +114,28 @@ std::string RodModel::without_states() const {
 }
 
 void RodModel::get_states(std::span<double> x) {
-  if (without_states().empty()) engine_->get_states(memory_, x);
+  if (without_states().empty()) engine_->get_states(engine_memory(), x);
 }
 
-void RodModel::set_states(std::span<const double> x) { engine_->set_states(memory_, x); }
+void RodModel::set_states(std::span<const double> x) { engine_->set_states(engine_memory(), x); }
 
 std::string RodModel::rates(double, std::span<double> dx) {
-  const bool found = engine_->rates(memory_, loads_at(data_.inputs, 0.0), dx);
+  const bool found = engine_->rates(engine_memory(), loads_at(data_.inputs, 0.0), dx);
   return found ? "" : "no finite acceleration; the strains or the loads may be too large";
 }
 
 bool RodModel::rates_along(double, std::span<const double> dx, std::span<double> ddx) {
-  return engine_->rates_along(memory_, loads_at(data_.inputs, 0.0), load_rates_at(data_.inputs, 0.0), dx, ddx);
+  return engine_->rates_along(engine_memory(), loads_at(data_.inputs, 0.0), load_rates_at(data_.inputs, 0.0), dx, ddx);
 }
 
 bool RodModel::drift(std::span<double> rate) {
-  return !data_.parameters.dynamic &&
-         engine_->drift(memory_, loads_at(data_.inputs, 0.0), load_rates_at(data_.inputs, 0.0), rate);
+  return !data_.parameters.dynamic && engine_->drift(engine_memory(), loads_at(data_.inputs, 0.0),
+                                                     load_rates_at(data_.inputs, 0.0), rate.first(rate.size() - 1));
 }
 
 void RodModel::evaluate(double t) {
-  engine_->outputs(memory_, loads_at(data_.inputs, 0.0), data_.outputs);
+  engine_->outputs(engine_memory(), loads_at(data_.inputs, 0.0), data_.outputs);
+  data_.outputs.evaluations = memory_.back();
   if (warned_ || !(data_.outputs.out_of_plane > noticed)) return;
   warned_ = true;
   std::ostringstream text;

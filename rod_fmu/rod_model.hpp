@@ -26,8 +26,13 @@ class RodModel final : public fmu::Model {
   bool rates_along(double t, std::span<const double> dx, std::span<double> ddx) override;
 
  private:
+  /// The engine's part of the memory.
+  std::span<double> engine_memory() { return std::span(memory_).first(memory_.size() - 1); }
+  template <class Call>
+  auto counted(Call call);
+
   Data data_;
-  std::vector<double> memory_;
+  std::vector<double> memory_;  // the engine's, then the count of evaluations
   std::unique_ptr<Engine> engine_;
   bool warned_ = false;  // of forces across a plane: once is enough
 };

@@ -17,6 +17,8 @@ class StrainEngine final : public Engine {
     if (method_ == Method::bdf) bdf_.emplace(rod_.unknowns());
   }
 
+  long evaluations() const override { return rod_.evaluations(); }
+
   std::size_t memory_size() const override { return State::size(rod_.unknowns()); }
 
   void rest(std::span<double> memory) override { std::fill(memory.begin(), memory.end(), 0.0); }

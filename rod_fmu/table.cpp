@@ -160,6 +160,11 @@ void add_outputs(fmu::Table<rod::Data>& table, const rod::Outputs& y) {
               "would cause; 0 where planar = false")
       .nominal(1e-3)
       .depends({"strain", "T", "delta_guess", "gravity", "tip_force", "tip_moment"});
+  table
+      .output("evaluations", y.evaluations, "1",
+              "evaluations of the residual since the start, by steps and equilibria; not those of outputs and "
+              "derivatives; a restored state brings back its count")
+      .nominal(1e3);
   for (std::size_t k = 0; k < rod::shape_stations; ++k)
     for (std::size_t c = 0; c < 3; ++c)
       table
