@@ -10,8 +10,10 @@ from pathlib import Path
 
 import pytest
 import xarray as xr
+from rich.table import Table
 
 from orchestration import results
+from orchestration.cli import console
 
 ROOT = Path(__file__).parent.parent
 
@@ -77,3 +79,11 @@ def test_export_and_list(tmp_path: Path) -> None:
     assert zipfile.is_zipfile(tmp_path / "there" / "scene.ssp")
     listed = tca("list", folder=tmp_path).stdout
     assert all(name in listed for name in ("step", "switch", "sine", "plain"))
+    assert f"files: {ROOT / 'orchestration' / 'scenes'}" in listed
+
+
+def test_units_in_tables_are_no_markup(capsys: pytest.CaptureFixture[str]) -> None:
+    console.out.print(Table("length [m]", title="in 2 [s]"))
+    shown = capsys.readouterr().out
+    assert "length [m]" in shown
+    assert "in 2 [s]" in shown

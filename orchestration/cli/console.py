@@ -9,7 +9,7 @@ from pathlib import Path
 import typer
 import xarray as xr
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table
 
 from ..compare import compare
@@ -17,9 +17,9 @@ from ..errors import CosimError
 from ..fidelity import run as run_scene
 from ..scene import Scene
 
-__all__ = ["extra", "out", "partial_kept", "reported", "run", "show_gaps", "watched", "written"]
+__all__ = ["busy", "extra", "out", "partial_kept", "reported", "run", "show_gaps", "watched", "written"]
 
-out = Console()
+out = Console(markup=False)  # [s] and [m] are units here
 
 
 @contextlib.contextmanager
@@ -61,8 +61,20 @@ def written(*what: object) -> None:
 
 
 def run(scene: Scene) -> xr.Dataset:
-    """Runs a scene and shows how far it is."""
-    return watched(scene, lambda progress: run_scene(scene, progress))
+    """Runs a scene and shows how far it is; where its models are to be chosen, which ones it is at."""
+    if scene.asked.level == "given":
+        return watched(scene, lambda progress: run_scene(scene, progress))
+    with busy(scene.name) as tell:
+        return run_scene(scene, tell=tell)
+
+
+@contextlib.contextmanager
+def busy(what: str) -> Iterator[Callable[[str], None]]:
+    """Shows for how long it has been at `what`, and what was told of it last."""
+    columns = (SpinnerColumn(), TextColumn("{task.description}", markup=False), TimeElapsedColumn())
+    with Progress(*columns, console=out, transient=True) as bar:
+        task = bar.add_task(what, total=None)
+        yield lambda text: bar.update(task, description=f"{what}, {text}")
 
 
 def watched(scene: Scene, solve: Callable[[Callable[[float], None]], xr.Dataset]) -> xr.Dataset:

@@ -8,12 +8,11 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.progress import Progress
 from rich.table import Table
 
 from .. import fidelity, results
 from ..scene import Scene, read
-from .console import out, reported, written
+from .console import busy, out, reported, written
 from .options import Folder, Overrides
 
 __all__ = ["command", "explain"]
@@ -48,15 +47,15 @@ def command(
 
 def explain(record: dict[str, object]) -> None:
     """The reasons of a choice, one to a line."""
-    out.print(*record["reasons"], sep="\n", highlight=False, markup=False, soft_wrap=True)
+    out.print(*record["reasons"], sep="\n", highlight=False, soft_wrap=True)
 
 
 def _rows(scenes: list[Scene], audit: bool, study: bool, folder: Path) -> Iterator[list[str]]:
     """Chooses, runs and writes for one scene and several tolerances; the cells of a row each."""
-    with Progress(*Progress.get_default_columns(), console=out, transient=True) as bar:
-        task = bar.add_task(scenes[0].name, total=None)
-        founds = [fidelity.fit(scene, lambda choice, estimate: bar.advance(task)) for scene in scenes]
-        judged = fidelity.study(founds, lambda done, of: bar.update(task, completed=done, total=of)) if study else []
+    with busy(scenes[0].name) as tell:
+        founds = [fidelity.fit(scene, tell) for scene in scenes]
+        tell("the finest models")
+        judged = fidelity.study(founds, lambda done, of: tell(f"level {done + 1} of {of}")) if study else []
         errors = [j.chosen.error for j in judged] or [fidelity.audit(f) if audit else None for f in founds]
     for found, true, judgement in zip_longest(founds, errors, judged):
         asked = found.scene.asked.tolerance

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
+import numpy as np
 import typer
 from rich.progress import Progress
 from rich.table import Table
@@ -38,8 +39,9 @@ def command(
                 )
                 paths.append(folder / f"halving_{found.attrs['scene']}.nc")
                 results.write(found, paths[-1])
-                for step, difference, order in zip(*(found[key].to_numpy() for key in SHOWN), strict=True):
-                    shown.add_row(found.attrs["scene"], f"{step:.6g}", f"{difference:.2e}", f"{order:.2f}")
+                for step, difference, slope in zip(*(found[key].to_numpy() for key in SHOWN), strict=True):
+                    order = "-" if np.isnan(slope) else f"{slope:.2f}"  # the first has none before it
+                    shown.add_row(found.attrs["scene"], f"{step:.6g}", f"{difference:.2e}", order)
                 shown.add_section()
         out.print(shown)
         written(*paths)

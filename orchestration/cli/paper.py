@@ -22,7 +22,8 @@ def command(folder: Folder = Path("results")) -> None:
     with reported():
         scenes = {name: read(name) for name in paper.SCENES}
         computed = {name: run(scene) for name, scene in scenes.items()}
-        table = Table("scene", "rms temperature [K]", "rms angle [rad]", "mean sweeps per macro step")
+        heads = ("scene", "rms temperature [K]", "rms angle [rad]", "mean sweeps per macro step")
+        table = Table(*heads, title="computed, against read off the paper")
         for name, result in computed.items():
             temperature, angle = paper.deviations(result, name)
             table.add_row(

@@ -22,6 +22,6 @@ def command(
     with reported():
         rows, notes = peers.compare(repeats)
         out.print(peers.show(rows))
-        out.print(*peers.summary(rows), *notes, sep="\n", highlight=False, markup=False, soft_wrap=True)
+        out.print(*peers.summary(rows), *notes, sep="\n", highlight=False, soft_wrap=True)
         peers.write(rows, notes, folder / "peers.csv")
         written(folder / "peers.csv")

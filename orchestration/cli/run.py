@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from pathlib import Path
 
 import xarray as xr
@@ -38,7 +39,6 @@ def command(
 def _summarise(scene: Scene, result: xr.Dataset) -> None:
     steps = result.sizes["time"] - 1
     sweeps = float(result["coupling.sweeps"][1:].mean())
-    out.print(
-        f"{scene.title}: {steps} macro steps, {sweeps:.2f} sweeps each, gain {float(result['coupling.gain'][-1]):.3g}",
-        highlight=False,
-    )
+    gain = float(result["coupling.gain"][-1])
+    about = "" if math.isnan(gain) else f", loop gain {gain:.3g}"  # nan: nothing was iterated
+    out.print(f"{scene.title}: {steps} macro steps, {sweeps:.2f} sweeps each{about}", highlight=False)

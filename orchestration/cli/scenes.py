@@ -14,7 +14,10 @@ def command() -> None:
     """The scenes and sweeps that come with the package."""
     with reported():
         for kind in ("scene", "sweep"):
-            table = Table(kind, "title", "file")
-            for name, (title, path) in titles(f"{kind}s").items():
-                table.add_row(name, title, str(path))
+            table = Table(kind, "title")
+            shipped = titles(f"{kind}s")
+            for name, (title, _) in shipped.items():
+                table.add_row(name, title)
             out.print(table)
+            folder = next(path.parent for _, path in shipped.values())
+            out.print(f"files: {folder}", highlight=False, soft_wrap=True)

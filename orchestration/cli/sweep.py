@@ -88,4 +88,4 @@ def _summarise(found: xr.Dataset, outputs: tuple[list[str], list[str]]) -> None:
         out.print(f"not drawn, too many elements: {', '.join(crowded)}", highlight=False)
     failures = [text for text in found["failure"].to_numpy() if text]
     if failures:
-        out.print(f"{len(failures)} runs failed, the first with: {failures[0]}", highlight=False, markup=False)
+        out.print(f"{len(failures)} runs failed, the first with: {failures[0]}", highlight=False)
