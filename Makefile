@@ -5,7 +5,8 @@
 # make charts   docs/convergence.png, docs/chart_step.png, docs/chart_drop.png: how the models converge, what accuracy costs
 # make reference  docs/reference.md: every command, key and variable
 # make format   formats everything
-# Each sets up what it needs: system packages (on Debian), .venv, the package with its FMUs. WERROR=ON: as CI.
+# Each sets up what it needs: system packages (on Debian), .venv, the package with its FMUs. WERROR=ON: as CI. pip is
+# verbose, or compiling would be minutes of silence.
 VENV := .venv
 BUILD := build
 WERROR ?= OFF
@@ -38,7 +39,7 @@ $(BUILD)/hosts/ready: .ci/hosts tests/hosts/pom.xml $(VENV)/tested
 
 $(BUILD)/wheel/ready: $(VENV)/installed $(VENV)/windows
 	rm -rf $(BUILD)/wheel
-	python -m pip wheel --quiet --no-deps --no-build-isolation -Cbuild-dir=$(BUILD) $(addprefix -Ccmake.define.,$(WINDOWS)) \
+	python -m pip wheel --verbose --no-deps --no-build-isolation -Cbuild-dir=$(BUILD) $(addprefix -Ccmake.define.,$(WINDOWS)) \
 		-Cwheel.tags=py3-none-manylinux2014_x86_64 --wheel-dir $(BUILD)/wheel .
 	touch $@
 
@@ -71,6 +72,6 @@ $(VENV)/windows: .ci/setup .ci/sundials $(VENV)/ready
 	touch $@
 
 $(VENV)/installed: $(VENV)/ready $(SOURCES)
-	python -m pip install --quiet --no-build-isolation -Cbuild-dir=$(BUILD) \
+	python -m pip install --verbose --no-build-isolation -Cbuild-dir=$(BUILD) \
 		-Ccmake.define.TCA_FMU_DIR=$(CURDIR)/fmus -Ccmake.define.TCA_WERROR=$(WERROR) '.[test]'
 	touch $@

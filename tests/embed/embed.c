@@ -1,5 +1,6 @@
 // embed THERMAL ROD [NAME=VALUE ...]: loads both FMUs, unpacked into these folders, steps them through 30 s of 0, 1.5
 // and 3 V and prints time [s], T[1..3] [K], tip.p[1..3] [m]. The rest sets parameters of the rod. Yours to copy.
+//   cc -I HEADERS embed.c -o embed -ldl, HEADERS being a folder of FMI's headers, such as the package fmpy's c-code.
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
