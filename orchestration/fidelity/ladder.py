@@ -9,10 +9,12 @@ from dataclasses import dataclass, replace
 from ..archive import kept
 from ..closing import closed_inside
 from ..scene import Member, Scene
+from .screens import unheated
 from .symmetry import plane
 
-__all__ = ["Axis", "Choice", "Ladder", "applied", "ladder", "settings"]
+__all__ = ["REST", "Axis", "Choice", "Ladder", "applied", "ladder", "settings"]
 
+REST = "rests"  # the one key here that is no parameter of an FMU: of a member that is never stepped
 Value = float | int | bool | str
 Choice = Mapping[str, int]  # axis -> rung
 
@@ -22,7 +24,7 @@ class Axis:
     """rungs: the settings of each, from the least model to the most. term: of the error budget. model: of the FMU that
     they belong to, by its name; None: the master. compared: how many rungs further the model is that shows what this
     one lacks (math.inf: the last rung). complete: the last rung lacks nothing; where it may, it is there for
-    comparison only."""
+    comparison only. exact: nor does the first one, here."""
 
     name: str
     term: str
@@ -30,6 +32,7 @@ class Axis:
     rungs: tuple[Mapping[str, Value], ...]
     compared: float = 1
     complete: bool = False
+    exact: bool = False
 
     @property
     def last(self) -> int:
@@ -37,7 +40,7 @@ class Axis:
         return len(self.rungs) - (1 if self.complete else 2)
 
     def above(self, rung: int) -> int:
-        return int(min(rung + self.compared, len(self.rungs) - 1))
+        return 0 if self.exact and rung == 0 else int(min(rung + self.compared, len(self.rungs) - 1))
 
 
 Ladder = tuple[Axis, ...]
@@ -66,6 +69,7 @@ _AXES: Ladder = (
     Axis("step", "time", "rod", tuple({"tolerance": t} for t in _TOLERANCES)),
     Axis("macro", "coupling", None, tuple({"macro_step": 0.5**k} for k in range(8))),  # shares of the scene's own
 )
+_AT_REST: Mapping[str, Value] = {REST: True, "level": "lumped"}  # what an unheated section may be
 # What is the same for every choice: methods that need no tuning, and no loop where none is needed.
 _FIXED: dict[str, Mapping[str, Value]] = {"rod": {"method": "rosenbrock"}}
 
@@ -73,6 +77,8 @@ _FIXED: dict[str, Mapping[str, Value]] = {"rod": {"method": "rosenbrock"}}
 def ladder(scene: Scene) -> Ladder:
     """The axes that the scene's FMUs have."""
     axes = list(_AXES)
+    if unheated(scene):
+        axes[0] = replace(axes[0], rungs=(_AT_REST, *axes[0].rungs), exact=True)
     if (azimuth := plane(scene)) is not None:
         planar = ({"planar": True, "plane": azimuth}, {"planar": False, "plane": azimuth})
         axes.insert(2, Axis("plane", "model", "rod", planar, complete=True))
@@ -113,5 +119,10 @@ def applied(scene: Scene, choice: Choice) -> Scene:
 
 def _set(member: Member, chosen: Mapping[str, Value]) -> Member:
     about = member.archive.variables
-    indices = {k: about[k].items.index(v) + 1 if isinstance(v, str) else v for k, v in chosen.items()}
-    return replace(member, archive=kept(member.archive.path), parameters={**member.parameters, **indices})
+    indices = {k: about[k].items.index(v) + 1 if isinstance(v, str) else v for k, v in chosen.items() if k != REST}
+    return replace(
+        member,
+        archive=kept(member.archive.path),
+        parameters={**member.parameters, **indices},
+        rests=member.rests or bool(chosen.get(REST)),
+    )

@@ -1,23 +1,44 @@
-"""How far two results lie apart in what a scene asks for: rms over the common times of the distance, share of the
+"""How far two runs lie apart in what a scene asks for: rms over the common times of the distance, share of the
 quantity's range. The range is the diagonal of the box that the quantity moves in; one that hardly moves is measured
 by a share of its nominal."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass
+
 import numpy as np
-import xarray as xr
 
 from ..errors import SceneError
 from ..scene import Scene
 
-__all__ = ["DEFAULT", "error", "quantities"]
+__all__ = ["DEFAULT", "Course", "Quantity", "error", "quantities"]
 
 DEFAULT = ("rod", "tip.p")  # model and output that a scene asks for where it does not say
 _RESTING = 1e-3  # share of the nominal that counts as range, at least
+_SAME = 1e-9  # share of the last time within which two are the same
 
 
-def quantities(scene: Scene) -> dict[str, float]:
-    """Names of what the scene asks for, and the least range of each. Raises SceneError."""
+@dataclass(frozen=True)
+class Quantity:
+    """An output of a member; least: the range that it has at least, in its unit; angle: the same again after 2 pi."""
+
+    member: str
+    elements: tuple[str, ...]  # variables
+    least: float
+    angle: bool = False
+
+
+@dataclass(frozen=True)
+class Course:
+    """What a run gave of the quantities asked for."""
+
+    times: np.ndarray  # [s]
+    values: Mapping[str, np.ndarray]  # (time, element)
+
+
+def quantities(scene: Scene) -> dict[str, Quantity]:
+    """What the scene asks for, by name. Raises SceneError."""
     names = scene.asked.quantities
     if not names:
         rod = scene.model(DEFAULT[0])
@@ -27,25 +48,27 @@ def quantities(scene: Scene) -> dict[str, float]:
                 "set fidelity.quantities, such as ['thermal.T']"
             )
         names = (f"{rod.name}.{DEFAULT[1]}",)
-    found = {}
-    for name in names:
-        member, _, output = name.partition(".")
-        archive = scene.member(member).archive
-        found[name] = _RESTING * archive.variables[archive.vectors.get(output, (output,))[0]].nominal
-    return found
+    return {name: _quantity(scene, *name.split(".", 1)) for name in names}
 
 
-def error(result: xr.Dataset, better: xr.Dataset, asked: dict[str, float]) -> float:
-    """The largest of all quantities asked for. asked: from quantities()."""
-    a, b = result["time"].to_numpy(), better["time"].to_numpy()
-    nearest = np.abs(np.subtract.outer(a, b)).argmin(axis=1)
-    same = np.abs(a - b[nearest]) <= 1e-9 * b[-1]
+def _quantity(scene: Scene, member: str, output: str) -> Quantity:
+    archive = scene.member(member).archive
+    elements = archive.vectors.get(output, (output,))
+    about = archive.variables[elements[0]]
+    return Quantity(member, elements, _RESTING * about.nominal, about.unit == "rad")
+
+
+def error(course: Course, better: Course, asked: Mapping[str, Quantity]) -> float:
+    """The largest of all quantities asked for."""
+    a, b = course.times, better.times
+    after = np.clip(np.searchsorted(b, a), 1, len(b) - 1)
+    nearest = after - (a - b[after - 1] < b[after] - a)
+    same = np.abs(a - b[nearest]) <= _SAME * b[-1]
     worst = 0.0
-    for name, least in asked.items():
-        one, other = (x[name].to_numpy().reshape(len(x["time"]), -1) for x in (result, better))
-        span = float(np.linalg.norm(np.ptp(other, axis=0)))
-        gap = one[same] - other[nearest[same]]
-        if better[name].attrs.get("units") == "rad":
+    for name, quantity in asked.items():
+        span = float(np.linalg.norm(np.ptp(better.values[name], axis=0)))
+        gap = course.values[name][same] - better.values[name][nearest[same]]
+        if quantity.angle:
             gap = (gap + np.pi) % (2.0 * np.pi) - np.pi
-        worst = max(worst, float(np.sqrt((gap**2).sum(axis=1).mean())) / max(span, least))
+        worst = max(worst, float(np.sqrt((gap**2).sum(axis=1).mean())) / max(span, quantity.least))
     return worst

@@ -19,7 +19,7 @@ def propose(ladder: Ladder, numbers: Numbers, tolerance: float) -> Choice:
     found = {axis.name: 0 for axis in ladder}
     exact = {"heat": tolerance, "step": _RESERVE * tolerance}
     for axis in ladder:
-        if axis.name in exact and (axis.name != "heat" or numbers.biot >= _SPREAD):
+        if axis.name in exact and not axis.exact and (axis.name != "heat" or numbers.biot >= _SPREAD):
             found[axis.name] = _first(axis, exact[axis.name])
     if "inertia" in found and numbers.residual >= _SWINGS:
         found["inertia"] = 1

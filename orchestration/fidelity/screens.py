@@ -19,7 +19,7 @@ from dataclasses import dataclass
 from ..scene import Member, Scene
 from ..signals import Constant, Impulse, Ramps, Signal, Sine, Steps
 
-__all__ = ["Numbers", "duration", "envelope", "numbers", "residual"]
+__all__ = ["Numbers", "duration", "envelope", "numbers", "residual", "unheated"]
 
 _INSTANT = 1e-9  # [s]
 _CLAMPED_FREE = 1.8751040687119611  # first root of cos x cosh x = -1
@@ -82,12 +82,25 @@ def duration(signal: Signal) -> float:
     return 0.0
 
 
+def unheated(scene: Scene) -> bool:
+    """Whether temperatures stay as they are, exactly: no voltage at any time, and all at the ambient temperature from
+    the start."""
+    thermal = scene.model("thermal")
+    if thermal is None:
+        return False
+    driven = [*thermal.archive.vectors["V"], "T_ambient"]
+    if any(connection.target == (thermal.name, name) for connection in scene.connections for name in driven):
+        return False
+    *volts, ambient = (thermal.signals.get(name, Constant(thermal.real(name))).extremes for name in driven)
+    return not any(value for extremes in volts for value in extremes) and set(ambient) == {thermal.real("T_0")}
+
+
 def numbers(scene: Scene) -> Numbers:
     """Of the scene's thermal and rod FMUs, as far as it has them."""
     found: dict[str, float | bool] = {}
     thermal, rod = scene.model("thermal"), scene.model("rod")
     if thermal:
-        found["biot"] = _real(thermal, "h") * _real(thermal, "body.radius") / _real(thermal, "body.k")
+        found["biot"] = thermal.real("h") * thermal.real("body.radius") / thermal.real("body.k")
     if rod:
         found |= _rod(rod)
         heats = [_heating(thermal, s) for n, s in thermal.signals.items() if n.startswith("V[")] if thermal else []
@@ -98,7 +111,7 @@ def numbers(scene: Scene) -> Numbers:
 
 
 def _rod(rod: Member) -> dict[str, float | bool]:
-    length, rho = _real(rod, "body.length"), _real(rod, "body.rho")
+    length, rho = rod.real("body.length"), rod.real("body.rho")
     area, bending, shearing, stretching = _stiffness(rod)
     gravity, force, moment = (_largest(rod, name) for name in ("gravity", "tip_force", "tip_moment"))
     speed = math.sqrt(bending / (rho * area))
@@ -108,20 +121,18 @@ def _rod(rod: Member) -> dict[str, float | bool]:
         "gravity": rho * area * gravity * length**3 / bending,
         "tip": force * length**2 / bending + moment * length / bending,
         "frequency": _CLAMPED_FREE**2 * speed / length**2 / (2.0 * math.pi),
-        "parallel": not any(
-            rod.value(name) for vector in ("tca.helix", "body.curvature") for name in rod.archive.vectors[vector]
-        ),
+        "parallel": not any(value for vector in ("tca.helix", "body.curvature") for value in rod.reals(vector)),
     }
 
 
 def _stiffness(rod: Member) -> tuple[float, float, float, float]:
     """Area [m2] and the least stiffnesses in bending [N.m2], shear and stretch [N]."""
-    radius, E = _real(rod, "body.radius"), _real(rod, "body.E")
+    radius, E = rod.real("body.radius"), rod.real("body.E")
     area = math.pi * radius**2
-    if rod.archive.variables["body.profile"].items[int(rod.value("body.profile")) - 1] == "given":
-        k = [_real(rod, name) for name in rod.archive.vectors["body.stiffness"]]
+    if rod.choice("body.profile") == "given":
+        k = rod.reals("body.stiffness")
         return area, min(k[:2]), min(k[3:5]), k[5]
-    shearing = _real(rod, "body.shear_factor") * E / (2.0 * (1.0 + _real(rod, "body.nu"))) * area
+    shearing = rod.real("body.shear_factor") * E / (2.0 * (1.0 + rod.real("body.nu"))) * area
     return area, E * math.pi * radius**4 / 4.0, shearing, E * area
 
 
@@ -129,7 +140,7 @@ def _heating(thermal: Member, signal: Signal) -> float:
     """A voltage acts no faster than the TCA warms through: r^2/diffusivity."""
     if not any(signal.extremes):
         return math.inf
-    through = _real(thermal, "tca.outer_radius") ** 2 * _real(thermal, "tca.rho_c") / _real(thermal, "tca.k")
+    through = thermal.real("tca.outer_radius") ** 2 * thermal.real("tca.rho_c") / thermal.real("tca.k")
     return through if signal.polynomial(0.0, _INSTANT)[0] else max(through, duration(signal))
 
 
@@ -143,7 +154,3 @@ def _largest(rod: Member, vector: str) -> float:
     """Largest norm of a vector input, from the extremes of its elements."""
     signals: Iterable[Signal] = (rod.signals[n] for n in rod.archive.vectors[vector] if n in rod.signals)
     return math.sqrt(sum(max(abs(v) for v in s.extremes) ** 2 for s in signals))
-
-
-def _real(member: Member, name: str) -> float:
-    return float(member.value(name))

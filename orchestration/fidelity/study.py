@@ -2,26 +2,30 @@
 
 from __future__ import annotations
 
+import contextlib
+import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import product
 
 from ..errors import CosimError
-from .fit import Fit, top
-from .ladder import Choice, Ladder
-from .runs import Runs
+from .fit import Fit
+from .ladder import Choice, Ladder, applied
+from .measure import error
+from .runs import Run, Runs
+from .truth import truth
 
-__all__ = ["Level", "Study", "candidates", "study"]
+__all__ = ["Judge", "Level", "Study", "candidates", "study"]
 
-_STEPS = (1, 4)  # rungs of the rod's tolerance that are tried where time steps cost
 _REPEATS = 5  # of the runs whose cost decides; the least counts
 _DECIDING = 4  # levels that are run again, the cheapest by their first run
+_DEAR = 2.0  # times the cost of the dearest choice: what costs more is none that a choice could be dearer than
 
 
 @dataclass(frozen=True)
 class Level:
     choice: Choice
-    error: float  # true, share of the range; inf where the run fails
+    error: float  # true, share of the range; inf where the run fails or is too dear
     cost: float  # CPU time after loading [s]
 
 
@@ -39,43 +43,72 @@ class Study:
 
 
 def candidates(axes: Ladder, choices: Sequence[Choice]) -> Iterator[Choice]:
-    """All models of the rod with the choices' finest heat and longest macro step, both of which cost next to nothing
-    or nothing, and the least model of the heat with the rods chosen."""
+    """All models of the rod, with time steps as coarse as any up to the finest chosen, with the choices' finest heat
+    and longest macro step, both of which cost next to nothing or nothing; and the least model of the heat with the
+    rods chosen. What is finer in all comes after what is coarser."""
     finest = {a.name: max(choice[a.name] for choice in choices) for a in axes}
     fixed = {**finest, "macro": min(choice["macro"] for choice in choices)}
     rungs = {a.name: range(len(a.rungs)) for a in axes if a.name in ("strains", "inertia", "order")}
     for values in product(*rungs.values()):
         level = {**fixed, **dict(zip(rungs, values, strict=True))}
-        yield from ({**level, "step": step} for step in _STEPS) if level.get("inertia") else [level]
+        yield from ({**level, "step": k} for k in range(1, finest["step"] + 1)) if level.get("inertia") else [level]
     yield from ({**choice, "heat": 0} for choice in choices if "heat" in choice)
 
 
 def study(founds: Sequence[Fit], tell: Callable[[int, int], None] = lambda done, of: None) -> list[Study]:
-    """Of choices for one scene and several tolerances: runs them, all candidates and the top level over the whole
-    scene. tell(done, of): progress."""
-    scene, axes = founds[0].scene, founds[0].ladder
-    chosen = [found.found.choice for found in founds]
-    runs, stop = Runs(scene), scene.stop_time
-    truth = top(axes, max(chosen, key=lambda choice: choice["macro"]))
-    tried = list({tuple(sorted(c.items())): c for c in (*chosen, *candidates(axes, chosen))}.values())
-    levels = {}
-    for choice in tried:
-        levels[tuple(sorted(choice.items()))] = Level(choice, runs.gap(choice, truth, stop), _cost(runs, choice, stop))
-        tell(len(levels), len(tried))
-    return [_judged(found, levels[tuple(sorted(found.found.choice.items()))], levels.values()) for found in founds]
+    """Of choices for one scene and several tolerances: runs them, the top level, and all candidates that are not too
+    dear, over the whole scene. tell(done, of): progress."""
+    axes, chosen = founds[0].ladder, [found.found.choice for found in founds]
+    judge = Judge(founds)
+    levels = [judge.level(choice) for choice in chosen]
+    judge.limit = _DEAR * max(level.cost for level in levels)
+    others = [choice for choice in candidates(axes, chosen) if choice not in chosen]
+    for done, choice in enumerate(others):
+        tell(done, len(others))
+        levels.append(judge.level(choice))
+    return [_judged(found, level, levels) for found, level in zip(founds, levels, strict=False)]
+
+
+class Judge:
+    """Tells cost and true error of one level after the other. limit: of the cost of a run [s]; one that is over it is
+    stopped, and what is finer in something and coarser in nothing is not tried."""
+
+    def __init__(self, founds: Sequence[Fit]) -> None:
+        self._runs = Runs(founds[0].scene)
+        self._stop = self._runs.scene.stop_time
+        choices = [found.found.choice for found in founds]
+        with contextlib.closing(self._runs):
+            best = truth(self._runs, founds[0].ladder, choices, min(f.scene.asked.tolerance for f in founds))
+            self._truth = self._runs(best, self._stop).course(self._runs.asked, self._stop)
+        self._dear: list[Choice] = []
+        self.limit = math.inf
+
+    def level(self, choice: Choice) -> Level:
+        if any(all(choice[axis] >= rung for axis, rung in dear.items()) for dear in self._dear):
+            return Level(choice, math.inf, math.inf)
+        run = Run(applied(self._runs.scene, choice))
+        with contextlib.closing(run):
+            try:
+                if run.reach(self._stop, self.limit):
+                    course = run.course(self._runs.asked, self._stop)
+                    return Level(choice, error(course, self._truth, self._runs.asked), run.cost)
+                self._dear.append(choice)
+            except CosimError:
+                pass
+        return Level(choice, math.inf, math.inf)
 
 
 def _judged(found: Fit, chosen: Level, levels: Sequence[Level]) -> Study:
     good = [level for level in levels if level.error <= found.scene.asked.tolerance and level is not chosen]
     deciding = [chosen, *sorted(good, key=lambda level: level.cost)[:_DECIDING]]
-    stop = found.scene.stop_time
-    rounds = [[Runs(found.scene)(level.choice, stop).cost for level in deciding] for _ in range(_REPEATS)]
+    rounds = [[_cost(found, level.choice) for level in deciding] for _ in range(_REPEATS)]
     again = [Level(v.choice, v.error, min(costs)) for v, *costs in zip(deciding, *rounds, strict=True)]
-    return Study(tuple(levels), again[0], min(again, key=lambda level: level.cost))
+    enough = [level for level in again if level.error <= found.scene.asked.tolerance]
+    return Study(tuple(levels), again[0], min(enough or again, key=lambda level: level.cost))
 
 
-def _cost(runs: Runs, choice: Choice, stop: float) -> float:
-    try:
-        return runs(choice, stop).cost
-    except CosimError:
-        return float("inf")
+def _cost(found: Fit, choice: Choice) -> float:
+    run = Run(applied(found.scene, choice))
+    with contextlib.closing(run):
+        run.reach(found.scene.stop_time)
+    return run.cost

@@ -28,7 +28,7 @@ def plane(scene: Scene) -> float | None:
 
 
 def _straight(rod: Member) -> bool:
-    round_body = rod.archive.variables["body.profile"].items[int(rod.value("body.profile")) - 1] == "round"
+    round_body = rod.choice("body.profile") == "round"
     vectors = ("tca.helix", "body.curvature")
     return round_body and not any(rod.value(name) for vector in vectors for name in rod.archive.vectors[vector])
 

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from .climb import Found
-from .ladder import Ladder
+from .ladder import REST, Choice, Ladder
 from .screens import Numbers
 
-__all__ = ["reasons"]
+__all__ = ["brief", "reasons"]
 
 _NOTHING = 1e-9  # share of the range
 _STRAINS = {
@@ -27,9 +27,20 @@ def reasons(ladder: Ladder, found: Found, numbers: Numbers) -> list[str]:
     return [_SENTENCES[a.name](a.rungs[found.choice[a.name]], found, numbers) for a in ladder]
 
 
+def brief(ladder: Ladder, choice: Choice) -> str:
+    """What a choice is, in a few words."""
+    return ", ".join(_BRIEF[a.name](a.rungs[choice[a.name]]) for a in ladder)
+
+
 def _adds(found: Found, axis: str, what: str) -> str:
     gap = found.gaps[axis]
+    if gap == math.inf:
+        return f"how much {what} would change is not known: a run that would tell fails"
     return f"{what} would change nothing" if gap < _NOTHING else f"{what} would move the answer by {_share(gap)}"
+
+
+def _power(rung: Rung) -> str:
+    return f"{rung['tolerance']:.0e}"
 
 
 def _share(gap: float) -> str:
@@ -37,6 +48,11 @@ def _share(gap: float) -> str:
 
 
 def _heat(rung: Rung, found: Found, n: Numbers) -> str:
+    if rung.get(REST):
+        return (
+            "Heat: at rest, never stepped. Nothing is heated: no voltage at any time, all at the ambient temperature "
+            "from the start; it stays there exactly."
+        )
     spread = f"Biot number {n.biot:.2g}: {'one temperature per section' if n.biot < 0.1 else 'no uniform section'}"
     model = "a network of few nodes" if rung["level"] == "lumped" else f"reduced model to {rung['tolerance']:.0e}"
     return f"Heat: {model}. {spread}; {_adds(found, 'heat', 'the next finer one')}."
@@ -62,7 +78,9 @@ def _inertia(rung: Rung, found: Found, n: Numbers) -> str:
         f"{n.residual:.2g} of the deflection"
     )
     if rung["dynamic"]:
-        return f"Dynamic: {why}; without inertia the answer would be off by {_share(found.refused['inertia'])}."
+        off = found.refused["inertia"]
+        without = "the run fails" if off == math.inf else f"the answer would be off by {_share(off)}"
+        return f"Dynamic: {why}; without inertia {without}."
     return f"Quasi-static: {why}; {_adds(found, 'inertia', 'inertia')}."
 
 
@@ -93,4 +111,15 @@ _SENTENCES = {
     "order": _order,
     "step": _step,
     "macro": _macro,
+}
+_BRIEF: Mapping[str, Callable[[Rung], str]] = {
+    "heat": lambda rung: (
+        "heat at rest" if rung.get(REST) else "lumped heat" if rung["level"] == "lumped" else f"heat to {_power(rung)}"
+    ),
+    "strains": lambda rung: _STRAINS[rung["strains"]],
+    "plane": lambda rung: "planar" if rung["planar"] else "spatial",
+    "inertia": lambda rung: "dynamic" if rung["dynamic"] else "quasi-static",
+    "order": lambda rung: f"order {rung['order']}",
+    "step": lambda rung: f"rod to {_power(rung)}",
+    "macro": lambda rung: f"macro step / {1.0 / rung['macro_step']:.0f}",
 }
