@@ -27,7 +27,12 @@ from . import (
 
 __all__ = ["app"]
 
-app = typer.Typer(no_args_is_help=True, add_completion=False, help="Co-simulation of soft manipulators driven by TCAs.")
+app = typer.Typer(
+    rich_markup_mode="markdown",
+    no_args_is_help=True,
+    add_completion=False,
+    help="Co-simulation of soft manipulators driven by TCAs.",
+)
 
 _COMMANDS: dict[str, Callable[..., None]] = {
     "run": run.command,
