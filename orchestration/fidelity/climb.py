@@ -1,11 +1,10 @@
 """From a proposal to a choice that is good enough, and no better.
 
-The estimate of a choice's error is how far it lies from the choice above it, all axes finer at once. What an axis adds
-is measured there too: the fine choice against itself with that axis as it was, so that no coarse axis hides what
-another one lacks; with inertia only where the choice has it, so that what inertia adds is counted once. The axis that
-adds most climbs; those that alone spend the whole budget climb with it. In the end axes come down as far as the
-estimate allows, and what each still adds is measured from below, against the choice with that axis alone made finer:
-runs that cost little more than the choice does, where all axes finer can cost twenty times as much.
+The estimate of a choice's error is how far it lies from the choice above it, all axes finer at once, so that no coarse
+axis hides what another one lacks. What an axis adds is measured against the choice with that axis alone made finer:
+such runs cost little more than the choice does, where all axes finer can cost twenty times as much. The axis that adds
+most climbs; those that alone spend the whole budget climb with it. In the end axes come down as far as the estimate
+allows.
 
 Oden, Prudhomme: Estimation of modeling error in computational mechanics. J. Comput. Phys. 182, 2002 (hierarchical
 estimates in a quantity of interest)."""
@@ -34,8 +33,8 @@ class Found:
 
     choice: Choice
     estimate: float  # of its error
-    gaps: Mapping[str, float]  # axis -> what its next rung would change; inf where a run of those two fails
-    refused: Mapping[str, float]  # axis -> estimated error with one rung less, where that was too much; inf as above
+    gaps: Mapping[str, float]  # axis -> what it adds to that; nan where the run that would tell fails
+    refused: Mapping[str, float]  # axis -> estimated error with one rung less, where too much; inf where that fails
 
 
 def above(ladder: Ladder, choice: Choice) -> Choice:
@@ -53,7 +52,9 @@ def climb(runs: Runs, ladder: Ladder, choice: Choice, tolerance: float, stop: fl
         if estimate <= allowed:
             return choice
         gaps = _gaps(runs, ladder, choice, stop)
-        able = {a.name: gaps[a.name] for a in ladder if choice[a.name] < a.last and gaps[a.name] > 0.0}
+        free = [axis for axis in ladder if choice[axis.name] < axis.last]
+        # All of them where no one alone shows what is wrong.
+        able = {a.name: gaps[a.name] for a in free if gaps[a.name] > 0.0} or {a.name: math.inf for a in free}
         if not able:
             raise CosimError(
                 f"{runs.scene.name}: no level meets the tolerance {tolerance:g}: even the finest is estimated to be "
@@ -62,10 +63,7 @@ def climb(runs: Runs, ladder: Ladder, choice: Choice, tolerance: float, stop: fl
         most = max(able, key=able.__getitem__)
         climbing = {a.name for a in ladder if a.name == most or able.get(a.name, 0.0) > tolerance}
         choice = {
-            a.name: _raised(runs, a, choice, _as_still(fine, choice), allowed, stop)
-            if a.name in climbing
-            else choice[a.name]
-            for a in ladder
+            a.name: _raised(runs, a, choice, allowed, stop) if a.name in climbing else choice[a.name] for a in ladder
         }
 
 
@@ -82,33 +80,24 @@ def descend(runs: Runs, ladder: Ladder, choice: Choice, tolerance: float, stop: 
                 refused[axis] = off
                 break
             choice, estimate = lower, off
-    return Found(choice, estimate, {axis.name: _left(runs, axis, choice, stop) for axis in ladder}, refused)
+    return Found(choice, estimate, _gaps(runs, ladder, choice, stop), refused)
 
 
 def _gaps(runs: Runs, ladder: Ladder, choice: Choice, stop: float) -> dict[str, float]:
-    """What each axis adds to the error of the choice."""
-    fine = above(ladder, choice)
-    return {
-        axis.name: runs.gap({**around, axis.name: choice[axis.name]}, around, stop)
-        for axis in ladder
-        for around in [fine if axis.name == "inertia" else _as_still(fine, choice)]
-    }
+    return {axis.name: _gap(runs, axis, choice, choice[axis.name], stop) for axis in ladder}
 
 
-def _left(runs: Runs, axis: Axis, choice: Choice, stop: float) -> float:
+def _gap(runs: Runs, axis: Axis, choice: Choice, rung: int, stop: float) -> float:
+    """Of that rung, to what shows what the choice lacks on the axis; nan where that fails."""
     try:
-        return runs.gap(choice, {**choice, axis.name: axis.above(choice[axis.name])}, stop)
-    except CosimError:  # of a model that was not chosen
-        return math.inf
+        return runs.gap({**choice, axis.name: rung}, {**choice, axis.name: axis.above(choice[axis.name])}, stop)
+    except CosimError:
+        return math.nan
 
 
-def _as_still(fine: Choice, choice: Choice) -> Choice:
-    return {**fine, "inertia": choice["inertia"]} if "inertia" in choice else fine
-
-
-def _raised(runs: Runs, axis: Axis, choice: Choice, fine: Choice, allowed: float, stop: float) -> int:
-    """The next rung that adds little enough; of those below the fine one."""
+def _raised(runs: Runs, axis: Axis, choice: Choice, allowed: float, stop: float) -> int:
+    """The next rung that adds little enough; of those below the one that shows it."""
     rung = choice[axis.name] + 1
-    while rung < min(fine[axis.name], axis.last) and runs.gap({**fine, axis.name: rung}, fine, stop) > allowed:
+    while rung < min(axis.above(choice[axis.name]), axis.last) and _gap(runs, axis, choice, rung, stop) > allowed:
         rung += 1
     return rung

@@ -17,9 +17,10 @@ from .truth import truth
 
 __all__ = ["Judge", "Level", "Study", "candidates", "study"]
 
-_REPEATS = 5  # of the runs whose cost decides; the least counts
+_REPEATS = 5  # of the runs whose cost decides, the least counts; fewer where one takes longer than _QUIET
+_QUIET = 0.5  # [s] from which on what a processor does besides matters little
 _DECIDING = 4  # levels that are run again, the cheapest by their first run
-_DEAR = 2.0  # times the cost of the dearest choice: what costs more is none that a choice could be dearer than
+_DEAR = 1.3  # times the cost of the dearest choice: what costs more is none that a choice could be dearer than
 
 
 @dataclass(frozen=True)
@@ -101,7 +102,8 @@ class Judge:
 def _judged(found: Fit, chosen: Level, levels: Sequence[Level]) -> Study:
     good = [level for level in levels if level.error <= found.scene.asked.tolerance and level is not chosen]
     deciding = [chosen, *sorted(good, key=lambda level: level.cost)[:_DECIDING]]
-    rounds = [[_cost(found, level.choice) for level in deciding] for _ in range(_REPEATS)]
+    repeats = min(_REPEATS, math.ceil(_REPEATS * _QUIET / chosen.cost))
+    rounds = [[_cost(found, level.choice) for level in deciding] for _ in range(repeats)]
     again = [Level(v.choice, v.error, min(costs)) for v, *costs in zip(deciding, *rounds, strict=True)]
     enough = [level for level in again if level.error <= found.scene.asked.tolerance]
     return Study(tuple(levels), again[0], min(enough or again, key=lambda level: level.cost))

@@ -34,7 +34,7 @@ def brief(ladder: Ladder, choice: Choice) -> str:
 
 def _adds(found: Found, axis: str, what: str) -> str:
     gap = found.gaps[axis]
-    if gap == math.inf:
+    if math.isnan(gap):
         return f"how much {what} would change is not known: a run that would tell fails"
     return f"{what} would change nothing" if gap < _NOTHING else f"{what} would move the answer by {_share(gap)}"
 
