@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .errors import SubsystemError
-from .exchange import METHODS, Exchange, Sample
+from .exchange import METHODS, Exchange, Sample, powers
 from .failure import StepError
 from .iteration import METHODS as ITERATIONS
 from .iteration import Method, Outcome, Trace, solve
@@ -130,7 +130,7 @@ def _tangent(circuit: Circuit) -> np.ndarray | None:
         place += columns.size
     for node in circuit.nodes:
         links = [(link, guess) for link in node.torn] + [(link, moved) for link in node.forward]
-        tangent = node.subsystem.tangent(np.concatenate([link.targets for link, _ in links]))
+        tangent = node.subsystem.tangent(np.r_[tuple(link.targets for link, _ in links)])
         if tangent is None:
             return None
         moved[node] = tangent @ np.concatenate([source[link.source][link.columns] for link, source in links])
@@ -172,8 +172,8 @@ def _predict(circuit: Circuit, time: float, length: float, settings: Settings) -
     fit = METHODS["quadratic"].fit if settings.method else settings.waveform.fit
     parts = []
     for node, columns, _ in circuit.unknowns:
-        c = fit(node.samples, time)[:, columns]
-        parts.append(c[0] + length * (c[1] + length * (c[2] / 2.0 + length * c[3] / 6.0)))
+        c, ahead = fit(node.samples, time)[:, columns], powers(length)
+        parts.append(ahead @ c)
         if settings.waveform.slopes:
-            parts.append(length * (c[1] + length * (c[2] + length * c[3] / 2.0)))
+            parts.append(length * (ahead[:3] @ c[1:]))
     return parts[0] if len(parts) == 1 else np.concatenate(parts)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import replace
 
 from .failure import StepError, give_up
 from .master import Master, StepLog
@@ -49,7 +48,7 @@ def drive(
             if taken.steps:
                 *earlier, last = taken.steps
                 if abs(place - last.time) <= SLIVER * length:
-                    last = replace(last, time=place)
+                    last = last._replace(time=place)
                 yield from (*earlier, last)
                 cap *= 2.0
                 time = last.time

@@ -142,12 +142,13 @@ class Instance:
         old = state.value
         self._live()
         self._check(self.library.fmi2GetFMUstate(self._component, ctypes.byref(state)), "fmi2GetFMUstate")
-        if old is not None and state.value != old:
-            # The old one may have moved or been left behind. Freeing it now could be once too often; from here on the
-            # handle is freed before.
-            self._states.discard(old)
-            self._overwrites = False
-        self._states.add(state.value)
+        if state.value != old:
+            self._states.add(state.value)
+            if old is not None:
+                # The old one may have moved or been left behind. Freeing it now could be once too often; from here on
+                # the handle is freed before.
+                self._states.discard(old)
+                self._overwrites = False
         return state
 
     def restore(self, state: ctypes.c_void_p) -> None:
@@ -207,13 +208,14 @@ class Instance:
         group = self._driven
         if group.size:
             status = self.library.fmi2SetReal(self._component, group.references, group.size, group.buffer)
-            self._check(status, "setting inputs")
+            if status != fmi2.fmi2OK:
+                self._check(status, "setting inputs")
 
     def _read(self, group: Group) -> np.ndarray:
         if group.size:
-            self._check(
-                self.library.fmi2GetReal(self._component, group.references, group.size, group.buffer), "reading outputs"
-            )
+            status = self.library.fmi2GetReal(self._component, group.references, group.size, group.buffer)
+            if status != fmi2.fmi2OK:
+                self._check(status, "reading outputs")
         return group.values.copy()
 
     def _live(self) -> None:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -17,14 +17,13 @@ from .couple import Settings, couple, feed, step_node
 from .errors import SubsystemError
 from .exchange import Sample
 from .failure import StepError, give_up
-from .iteration import Outcome, Trace
+from .iteration import Trace
 from .network import Circuit, Node
 
 __all__ = ["Checkpoint", "Master", "Settings", "StepLog"]
 
 
-@dataclass(frozen=True)
-class StepLog:
+class StepLog(NamedTuple):
     """What one accepted macro step was like. residual and error are shares of the nominals; inverse is the estimate
     of (I - S)^-1 of the last loop, whose gain is iteration.spectral_radius(inverse), None while nothing is known of
     it."""
@@ -82,18 +81,20 @@ class Master:
     def advance(self, time: float, length: float) -> StepLog:
         """One coupled macro step [s]. Raises StepError with everything as it was."""
         self.save(self._start)
-        outcomes: list[Outcome] = []
-        inverse = None
+        sweeps, residual, error, inverse = 1, 0.0, 0.0, None
         try:
             for circuit in self.circuits:
                 for node in circuit.nodes:
                     _signal(node, time, length)
-                    feed(node, node.given, time, self.settings.exchange)
+                    feed(node, node.moving, time, self.settings.exchange)
                 if not circuit.unknowns:
                     step_node(circuit.nodes[0], time, length, self.settings.exchange)
                     continue
                 trace = self._traces[circuit]
-                outcomes.append(couple(circuit, time, length, self.settings, trace, self._restore))
+                outcome = couple(circuit, time, length, self.settings, trace, self._restore)
+                sweeps = max(sweeps, len(outcome.residuals))
+                residual = max(residual, outcome.residuals[-1])
+                error = max(error, outcome.error)
                 inverse = trace.secants.inverse
         except (SubsystemError, StepError) as failure:
             self._go_back(time, length, failure)
@@ -103,15 +104,7 @@ class Master:
             raise StepError(str(failure), reached=failure.reached) from failure
         for node in self.nodes:
             node.samples = (*node.samples[-2:], node.now)
-        return StepLog(
-            time=time + length,
-            step=length,
-            sweeps=max((len(o.residuals) for o in outcomes), default=1),
-            residual=max((o.residuals[-1] for o in outcomes), default=0.0),
-            error=max((o.error for o in outcomes), default=0.0),
-            inverse=inverse,
-            record=self.observe(),
-        )
+        return StepLog(time + length, length, sweeps, residual, error, inverse, self.observe())
 
     def outputs(self) -> np.ndarray:
         """All wired outputs at the present time, of all nodes in order."""
@@ -165,8 +158,8 @@ class Master:
 
 
 def _signal(node: Node, time: float, length: float) -> None:
-    """Inputs that signals drive. What cannot be interpolated holds its end value, as with the exchange 'held'."""
-    for column, signal in node.signals:
+    """Inputs that signals vary. What cannot be interpolated holds its end value, as with the exchange 'held'."""
+    for column, signal in node.varying:
         c = signal.polynomial(time, length)
         if not node.subsystem.takes_polynomials:
             c = (c[0] + length * (c[1] + length * (c[2] / 2.0 + length * c[3] / 6.0)), 0.0, 0.0, 0.0)

@@ -12,11 +12,13 @@ import numpy as np
 
 from .errors import SubsystemError
 from .exchange import Exchange, Sample
-from .signals import Signal
+from .signals import Constant, Signal
 from .subsystem import Subsystem
 from .wiring import Connection, Loop, loops
 
 __all__ = ["Circuit", "Link", "Node", "assemble"]
+
+Columns = np.ndarray | slice  # a slice where they run on, which numpy copies several times faster
 
 
 @dataclass(eq=False)
@@ -24,16 +26,18 @@ class Link:
     """All connections from one source to one target that are torn, or that are not."""
 
     source: Node
-    columns: np.ndarray  # of the source's outputs
-    targets: np.ndarray  # columns of the target's inputs
+    columns: Columns  # of the source's outputs
+    targets: Columns  # of the target's inputs
 
 
 @dataclass(eq=False)
 class Node:
     subsystem: Subsystem
     signals: tuple[tuple[int, Signal], ...]  # input column and what drives it
-    inputs: np.ndarray  # (4, n_u) polynomials for the step to come
+    varying: tuple[tuple[int, Signal], ...]  # of these those that are not constant
+    inputs: np.ndarray  # (4, n_u) polynomials for the step to come; what never varies is in them from the start on
     given: list[Link] = field(default_factory=list)  # into this node, from circuits done before its own
+    moving: list[Link] = field(default_factory=list)  # of these those whose source does not rest
     forward: list[Link] = field(default_factory=list)  # into this node, from nodes before it in the same sweep
     torn: list[Link] = field(default_factory=list)  # into this node, end value guessed or extrapolated
     needs_rates: bool = False
@@ -71,6 +75,7 @@ def assemble(
             into = [c for c in connections if c.target[0] == name]
             inside = [c for c in into if c.source[0] in loop.members and c not in loop.torn]
             nodes[name].given = _links(nodes, name, [c for c in into if c.source[0] not in loop.members])
+            nodes[name].moving = [link for link in nodes[name].given if not link.source.subsystem.rests]
             nodes[name].forward = _links(nodes, name, inside)
             nodes[name].torn = _links(nodes, name, [c for c in into if c in loop.torn])
         circuits.append(_circuit(nodes, loop, waveform))
@@ -100,7 +105,9 @@ def _node(subsystem: Subsystem, signals: Mapping[str, Signal]) -> Node:
     column = {port.name: k for k, port in enumerate(subsystem.inputs)}
     inputs = np.zeros((4, len(subsystem.inputs)))
     inputs[0] = [port.start for port in subsystem.inputs]
-    return Node(subsystem, tuple((column[name], signal) for name, signal in signals.items()), inputs)
+    driven = tuple((column[name], signal) for name, signal in signals.items())
+    varying = tuple(pair for pair in driven if not isinstance(pair[1], Constant))
+    return Node(subsystem, driven, varying, inputs)
 
 
 def _links(nodes: Mapping[str, Node], target: str, connections: Sequence[Connection]) -> list[Link]:
@@ -109,9 +116,14 @@ def _links(nodes: Mapping[str, Node], target: str, connections: Sequence[Connect
     for name in dict.fromkeys(c.source[0] for c in connections):
         out = {port.name: k for k, port in enumerate(nodes[name].subsystem.outputs)}
         pairs = [(out[c.source[1]], into[c.target[1]]) for c in connections if c.source[0] == name]
-        columns, targets = np.array(pairs, dtype=int).T
+        columns, targets = (_columns(places) for places in np.array(pairs, dtype=int).T)
         links.append(Link(nodes[name], columns, targets))
     return links
+
+
+def _columns(places: np.ndarray) -> Columns:
+    first, end = int(places[0]), int(places[-1]) + 1
+    return slice(first, end) if np.array_equal(places, np.arange(first, end)) else places
 
 
 def _circuit(nodes: Mapping[str, Node], loop: Loop, waveform: Exchange) -> Circuit:

@@ -14,7 +14,7 @@ class Resting:
     """Behind the protocol of subsystem.py, for an instance whose outputs stay as they are: nothing drives it, or what
     drives it does not matter. Its rates are null."""
 
-    has_rates = can_rollback = takes_polynomials = True
+    has_rates = can_rollback = takes_polynomials = rests = True
 
     def __init__(self, instance: Instance) -> None:
         self._instance = instance

@@ -6,6 +6,7 @@ A sweep costs a handful of bare C calls. While the master iterates, fmi2DoStep i
 from __future__ import annotations
 
 import ctypes
+import math
 
 import fmpy.fmi2 as fmi2
 import numpy as np
@@ -21,6 +22,7 @@ class Slave(Instance):
     """One instance for co-simulation."""
 
     kind = fmi2.FMU2Slave
+    rests = False
     _begun = False
 
     def _prepare(self, about: CoSimulation) -> None:
@@ -36,6 +38,7 @@ class Slave(Instance):
             *[*self._driven.references] * 3
         )
         self._degree = 0  # the highest order of input derivatives sent so far; others the FMU need not know
+        self._held: bytes | None = None  # the inputs sent last, where they are constant and the FMU still has them
         self._length = None if about.canHandleVariableCommunicationStepSize else 0.0  # [s] of all steps
         self._orders = (fmi2.fmi2Integer * self._derivatives.size)(*(o for o in (1, 2, 3) for _ in range(count)))
 
@@ -52,15 +55,25 @@ class Slave(Instance):
     def set_inputs(self, polynomials: np.ndarray) -> None:
         if not self._driven.size:
             return
+        sent = polynomials.tobytes()
+        if sent == self._held:
+            return
+        self._held = None
         self._driven.values[:] = polynomials[0]
         self._set_values()
-        if not self.takes_polynomials:
-            return
-        self._derivatives[:] = polynomials[1:].ravel()
-        if self._degree < 3 and self._derivatives.any():
-            self._degree = max(self._degree, np.flatnonzero(self._derivatives)[-1] // self._driven.size + 1)
-        if not self._degree:
-            return
+        rows = math.ceil(len(sent.rstrip(b"\0")) / len(sent) * 4)  # up to the last one with a bit that is set
+        self._degree = max(self._degree, rows - 1)
+        if self._degree and self.takes_polynomials:
+            self._derivatives[:] = polynomials[1:].ravel()
+            self._set_derivatives()
+        if rows < 2:
+            self._held = sent
+
+    def restore(self, state: ctypes.c_void_p) -> None:
+        self._held = None
+        super().restore(state)
+
+    def _set_derivatives(self) -> None:
         status = self.library.fmi2SetRealInputDerivatives(
             self._component,
             self._derivative_references,

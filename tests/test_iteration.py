@@ -160,7 +160,7 @@ def test_at_most_n_columns_and_none_dependent() -> None:
     for _ in range(5):
         run(loop, METHODS["iqn"](), trace)
         loop.b = loop.b * 1.05
-    v = np.array([dr for _, dr in trace.secants.columns])
+    v = np.array([column[: trace.secants.size] for column in trace.secants.columns])
     assert 1 <= len(v) <= 3
     assert np.linalg.svd(v, compute_uv=False)[-1] > 1e-4
 

@@ -59,6 +59,25 @@ def test_restored_steps_are_bitwise_the_same(archive: Archive) -> None:
     slave.close()
 
 
+def test_constant_inputs_come_back_behind_a_restore(archive: Archive) -> None:
+    """They are sent once, and again where the FMU has others since."""
+    slave = started(archive, dynamic=False)
+    cold, warm = np.zeros((4, 3)), np.zeros((4, 3))
+    cold[0], warm[0] = 298.15, [318.15, 298.15, 298.15]
+    slave.set_inputs(cold)
+    slave.step(0.0, 0.1)
+    state, seen = slave.save(), []
+    for _ in range(2):
+        slave.set_inputs(warm)
+        slave.step(0.1, 0.1)
+        seen.append(slave.values())
+        slave.set_inputs(warm)
+        slave.restore(state)
+    np.testing.assert_array_equal(*seen)
+    assert seen[0][0] > 1e-3
+    slave.close()
+
+
 def test_a_handle_is_written_over(archive: Archive) -> None:
     slave = started(archive)
     state = slave.save()

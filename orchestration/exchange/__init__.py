@@ -14,8 +14,9 @@ import numpy as np
 
 from . import held, hermite, linear, quadratic
 from .sample import Sample
+from .taylor import powers
 
-__all__ = ["METHODS", "Exchange", "Sample"]
+__all__ = ["METHODS", "Exchange", "Sample", "powers"]
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ import numpy as np
 
 from . import linear
 from .sample import Sample
+from .taylor import shift
 
 __all__ = ["fit"]
 
@@ -17,22 +18,19 @@ def fit(samples: tuple[Sample, ...], t: float) -> np.ndarray:
     if a.rates is None:
         return linear.fit(samples, t)
     b = samples[-1]
-    polynomial = np.zeros((4, a.values.size))
-    s = t - a.time  # shift of the expansion point from a
+    polynomial = _from(a, b)
+    return polynomial if a.time == t else shift(t - a.time) @ polynomial
+
+
+def _from(a: Sample, b: Sample) -> np.ndarray:
+    """Expanded at a: the columns are few, so what counts is how few operations there are."""
     if b is a:
-        polynomial[0] = a.values + s * a.rates
-        polynomial[1] = a.rates
-        return polynomial
+        zeros = np.zeros_like(a.values)
+        return np.array((a.values, a.rates, zeros, zeros))
     h = b.time - a.time
     mean = (b.values - a.values) / h
-    # u = a + a' s + p s^2 + q s^3
+    bend = mean - a.rates
     if b.rates is None:
-        p, q = (mean - a.rates) / h, np.zeros_like(mean)
-    else:
-        q = (a.rates + b.rates - 2.0 * mean) / (h * h)
-        p = (mean - a.rates) / h - q * h
-    polynomial[0] = a.values + s * (a.rates + s * (p + s * q))
-    polynomial[1] = a.rates + s * (2.0 * p + 3.0 * s * q)
-    polynomial[2] = 2.0 * p + 6.0 * s * q
-    polynomial[3] = 6.0 * q
-    return polynomial
+        return np.array((a.values, a.rates, bend * (2.0 / h), np.zeros_like(bend)))
+    twist = b.rates - mean - bend
+    return np.array((a.values, a.rates, (bend - twist) * (2.0 / h), twist * (6.0 / (h * h))))

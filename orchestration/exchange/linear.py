@@ -14,8 +14,7 @@ def fit(samples: tuple[Sample, ...], t: float) -> np.ndarray:
     if len(samples) < 2:
         return held.fit(samples, t)
     a, b = samples[-2:]
-    slope = (b.values - a.values) / (b.time - a.time)
-    polynomial = np.zeros((4, slope.size))
+    polynomial = np.zeros((4, a.values.size))
+    polynomial[1] = slope = (b.values - a.values) / (b.time - a.time)
     polynomial[0] = a.values + slope * (t - a.time)
-    polynomial[1] = slope
     return polynomial

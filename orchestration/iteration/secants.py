@@ -23,9 +23,8 @@ class Secants:
 
     def __init__(self, n: int) -> None:
         self.size = n
-        self.columns: list[tuple[np.ndarray, np.ndarray]] = []  # (dx, dr), newest first, each with |dr| = 1
-        self.basis = np.zeros((0, n))  # rows: the dr made orthonormal
-        self.steps = np.zeros((0, n))  # the same combinations of the dx
+        self.columns: list[np.ndarray] = []  # (2n,) dr and dx behind each other, newest first, each with |dr| = 1
+        self._combined = np.zeros((0, 2 * n))  # rows: combinations of the columns whose dr are orthonormal
         self._identity = np.eye(n)
 
     def add(self, dx: np.ndarray, dr: np.ndarray) -> None:
@@ -33,25 +32,26 @@ class Secants:
         length = math.sqrt(dr @ dr)
         if length == 0.0:
             return
-        kept: list[tuple[np.ndarray, np.ndarray]] = []
-        basis, steps = np.zeros((self.size, self.size)), np.zeros((self.size, self.size))
-        for column in ((dx / length, dr / length), *self.columns):
-            step, rest = column
+        n = self.size
+        kept: list[np.ndarray] = []
+        combined = np.zeros((n, 2 * n))
+        for column in (np.concatenate((dr, dx)) / length, *self.columns):
+            rest = column
             if kept:
-                shares = basis @ rest  # the rows not filled yet are null
-                step, rest = step - shares @ steps, rest - shares @ basis
-            left = math.sqrt(rest @ rest)
+                rest = column - (combined[:, :n] @ column[:n]) @ combined  # the rows not filled yet are null
+            left = math.sqrt(rest[:n] @ rest[:n])
             if left > INDEPENDENT:
-                steps[len(kept)], basis[len(kept)] = step / left, rest / left
+                combined[len(kept)] = rest / left
                 kept.append(column)
-                if len(kept) == self.size:
+                if len(kept) == n:
                     break
-        self.columns, self.basis, self.steps = kept, basis[: len(kept)], steps[: len(kept)]
+        self.columns, self._combined = kept, combined[: len(kept)]
 
     def split(self, r: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The secant step (n,) for a residual, and the part (n,) of the residual on which no column bears."""
-        shares = self.basis @ r
-        return -(shares @ self.steps), r - shares @ self.basis
+        n = self.size
+        known = (self._combined[:, :n] @ r) @ self._combined
+        return -known[n:], r - known[:n]
 
     def error(self, r: np.ndarray) -> np.ndarray:
         """Estimate (n,) of x* - x for the residual r of x."""
@@ -61,7 +61,10 @@ class Secants:
     @property
     def inverse(self) -> np.ndarray | None:
         """Estimate (n, n) of (I - S)^-1, S = dG/dx; None without a column."""
-        return self._identity - (self.steps + self.basis).T @ self.basis if self.columns else None
+        if not self.columns:
+            return None
+        basis, steps = self._combined[:, : self.size], self._combined[:, self.size :]
+        return self._identity - (steps + basis).T @ basis
 
     @property
     def gain(self) -> float:
