@@ -10,6 +10,10 @@
 #include "polynomials.hpp"
 #include "sundials.hpp"
 
+#if SUNDIALS_VERSION_MAJOR >= 7
+#pragma GCC diagnostic ignored "-Wdeprecated-declarations"  // 6.4 knows these functions by ARKStep's names only
+#endif
+
 namespace thermal {
 namespace {
 
