@@ -29,7 +29,9 @@ def command(
     ] = [],  # noqa: B006
     override: Overrides = [],  # noqa: B006
     audit: Annotated[bool, typer.Option("--audit", help="Run the top level too, for the true error")] = False,
-    study: Annotated[bool, typer.Option("--study", help="Run all levels too, for the cheapest that is enough")] = False,
+    study: Annotated[
+        bool, typer.Option("--study", help="Run all levels no dearer too, for the cheapest that is enough")
+    ] = False,
     folder: Folder = Path("results"),
 ) -> None:
     """Chooses models no larger than a scene needs for what it asks, and says why; writes NAME.fit.nc, with several
