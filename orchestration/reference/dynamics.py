@@ -25,6 +25,8 @@ from .statics import Equilibrium
 
 __all__ = ["Mover", "Snapshot"]
 
+_APART = 1e-7  # of the states for a difference, shares of their scales
+
 
 @dataclass(frozen=True)
 class Snapshot:
@@ -80,6 +82,13 @@ class Mover:
         """States (size, len(times)) at the times, of which the first is the start; loads are smooth in between. Raises
         SubsystemError where the integrator gives up."""
         damped = self.data.retardation > 0.0
+        apart = np.diag(_APART * self._scale)
+
+        def jacobian(t: float, y: np.ndarray) -> np.ndarray:
+            """SciPy's own learns its differences' lengths, and learns them wrong where the rod stays in a plane."""
+            found = self.rate(np.column_stack([y, y[:, None] + apart]), loads(t))
+            return (found[:, 1:] - found[:, :1]) / apart.diagonal()
+
         result = solve_ivp(
             lambda t, y: self.rate(y, loads(t)),
             (times[0], times[-1]),
@@ -87,9 +96,9 @@ class Mover:
             "Radau" if damped else "DOP853",  # undamped, every wave counts: nothing is stiff
             times,
             max_step=np.inf if damped else 4.0 * self._crossing,  # twice what is stable: the first guess is too long
-            vectorized=True,
             rtol=rtol,
             atol=rtol * self._scale,
+            **({"jac": jacobian} if damped else {}),
         )
         if not result.success:
             raise SubsystemError(

@@ -18,9 +18,10 @@ from .rod import Loads, RodData, actuators, cross, lengths, routing, transposed_
 
 __all__ = ["Equilibrium", "equilibrium"]
 
-_TOLERANCE = 1e-10  # of the residual, in the scaled units
+_TOLERANCE = 1e-10  # of the residual, in the scaled units; at least
+_SHARE = 1e-2  # of rtol, likewise
 _PERTURBATION = 1e-6
-_WILD = 1e5  # a residual from which Newton will not come back
+_WILD = 1e5  # a residual, or a change of the strain, from which Newton will not come back
 _LIMIT = 500  # slopes along s of one shot; a hundred is usual
 
 
@@ -46,7 +47,7 @@ def equilibrium(data: RodData, loads: Loads, places: np.ndarray | None = None, r
         z = np.zeros((6 + len(data.azimuth), loads.T.shape[1]))
         for share in np.arange(1, shares + 1) / shares:
             z, residual = _newton(shoot, z, float(share))
-            if not residual <= _TOLERANCE:
+            if not residual <= shoot.tolerance:
                 break
         else:
             return shoot.profile(z, np.array([data.length]) if places is None else places)
@@ -64,7 +65,7 @@ def _newton(shoot: _Shooting, z: np.ndarray, share: float) -> tuple[np.ndarray, 
         tried = z[:, None, :] + _PERTURBATION * np.eye(count, count + 1, 1)[:, :, None]  # the first is z itself
         residual = shoot.residual(tried.reshape(count, -1), share).reshape(count, count + 1, batch)
         worst = float(np.abs(residual[:, 0]).max())
-        if not _TOLERANCE < worst < _WILD:
+        if not shoot.tolerance < worst < _WILD:
             break
         jacobian = (residual[:, 1:] - residual[:, :1]) / _PERTURBATION
         z = z - np.linalg.solve(jacobian.transpose(2, 0, 1), residual[:, 0].T[:, :, None])[:, :, 0].T
@@ -78,6 +79,7 @@ class _WildError(Exception):
 class _Shooting:
     def __init__(self, data: RodData, loads: Loads, rtol: float) -> None:
         self._data, self._loads, self._rtol = data, loads, rtol
+        self.tolerance = max(_TOLERANCE, _SHARE * rtol)
         self._force = data.stiffness[0] / data.length**2  # unit of force
         self._units = self._force * np.array([data.length] * 3 + [1.0] * 3)[:, None]
 
@@ -141,31 +143,35 @@ class _Shooting:
         return found.y.reshape(-1, batch, len(at)).transpose(0, 2, 1)
 
     def _strain(self, W: np.ndarray, N: np.ndarray, path: np.ndarray) -> np.ndarray:
-        """xi (6, B) with K (xi - xi*) + sum N_i [r_i x t_i; t_i] = W (scaled), by Newton's method."""
+        """xi (6, B) with K (xi - xi*) + sum N_i [r_i x t_i; t_i] = W (scaled), by a chord method."""
         data = self._data
         K, rest, wanted = data.stiffness[:, None], data.rest[:, None], W * self._units
         _, gradient = actuators(path, np.repeat(rest, W.shape[1], axis=1))
         xi = rest + (wanted - (N * gradient).sum(axis=1)) / K
-        for _ in range(20):
-            size, gradient = actuators(path, xi)
+        size, gradient = actuators(path, xi)
+        # The tensions' share of the matrix hardly changes with the strain.
+        inverse = np.linalg.inv(np.diag(data.stiffness) + _hessians(N / size, gradient[3:], path[0]))
+        for _ in range(40):
             excess = K * (xi - rest) - wanted + (N * gradient).sum(axis=1)
-            matrix = np.tile(np.diag(data.stiffness), (xi.shape[1], 1, 1))
-            for i, share in enumerate(N / size):
-                matrix += _hessian(share, gradient[3:, i], path[0, :, i])
-            step = np.linalg.solve(matrix, excess.T[:, :, None])[:, :, 0].T
+            step = np.matmul(inverse, excess.T[:, :, None])[:, :, 0].T
             xi = xi - step
-            if np.abs(step[:3]).max() * data.length + np.abs(step[3:]).max() < 1e-13:
+            change = np.abs(step[:3]).max() * data.length + np.abs(step[3:]).max()
+            if change < 1e-3 * self.tolerance:
                 break
+            if not change < _WILD:
+                raise _WildError
+            _, gradient = actuators(path, xi)
         return xi
 
 
-def _hessian(share: np.ndarray, t: np.ndarray, r: np.ndarray) -> np.ndarray:
-    """share B^T (1 - t t^T) B with B = [-r^, 1], (B, 6, 6)."""
-    lever = np.zeros((share.size, 3, 6))
+def _hessians(shares: np.ndarray, t: np.ndarray, r: np.ndarray) -> np.ndarray:
+    """Sum of share_i B_i^T (1 - t_i t_i^T) B_i, B_i = [-r_i^, 1]: of shares (N, B), t (3, N, B), r (3, N); (B, 6, 6)"""
+    lever = np.zeros((r.shape[1], 3, 6))
     x, y, z = r
     lever[:, 0, 1], lever[:, 0, 2] = z, -y
     lever[:, 1, 0], lever[:, 1, 2] = -z, x
     lever[:, 2, 0], lever[:, 2, 1] = y, -x
     lever[:, [0, 1, 2], [3, 4, 5]] = 1.0
-    across = lever - t.T[:, :, None] * np.einsum("ib,bij->bj", t, lever)[:, None, :]
-    return share[:, None, None] * np.einsum("bij,bik->bjk", lever, across)
+    along = np.matmul(t.transpose(1, 2, 0), lever)  # t^T B (N, B, 6)
+    square = (lever.transpose(0, 2, 1) @ lever)[:, None]
+    return (shares[:, :, None, None] * (square - along[..., :, None] * along[..., None, :])).sum(axis=0)
