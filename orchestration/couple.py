@@ -3,7 +3,6 @@ small."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -13,7 +12,7 @@ from .errors import SubsystemError
 from .exchange import METHODS, Exchange, Sample, powers
 from .failure import StepError
 from .iteration import METHODS as ITERATIONS
-from .iteration import Method, Outcome, Trace, solve
+from .iteration import Method, Outcome, Trace, norm, solve
 from .network import Circuit, Link, Node
 
 __all__ = ["Settings", "couple", "feed", "step_node"]
@@ -58,17 +57,16 @@ def couple(
     if method is None:
         _tear(circuit, time, settings.waveform, {})
         residual = (_sweep(circuit, time, length, settings) - x) / circuit.scale
-        norm = math.sqrt(residual @ residual)
-        if not norm <= settings.reach:
+        off = norm(residual)
+        if not off <= settings.reach:
             cause = f"explicit coupling is off by more than the reach of {settings.reach:g} nominals"
-            raise StepError(cause, (norm,), remedy="Iterate: coupling.method = 'iqn', or take smaller macro steps")
-        return Outcome(x, True, norm, (norm,))
+            raise StepError(cause, (off,), remedy="Iterate: coupling.method = 'iqn', or take smaller macro steps")
+        return Outcome(x, True, off, (off,))
     fresh, start = True, _gather(circuit, length, settings.waveform, lambda node: node.samples[-1])
 
     def around(x: np.ndarray) -> np.ndarray:
         nonlocal fresh
-        away = (x - start) / circuit.scale
-        if not away @ away <= settings.reach**2:
+        if not norm((x - start) / circuit.scale) <= settings.reach:
             raise StepError(f"the iteration went further than the reach of {settings.reach:g} nominals")
         if not fresh:
             restore(circuit)
@@ -88,7 +86,7 @@ def couple(
         cause, reached = str(failure), failure.reached
     except np.linalg.LinAlgError:
         cause = "the estimated Jacobian of the loop is singular"
-    residuals = tuple(math.sqrt(r @ r) for r in trace.r)
+    residuals = tuple(norm(r) for r in trace.r)
     if len(residuals) > 1 and residuals[-1] > residuals[0]:
         cause = f"the iteration diverges ({cause})"
     raise StepError(cause, residuals, trace.secants.gain, reached)
@@ -173,7 +171,7 @@ def _predict(circuit: Circuit, time: float, length: float, settings: Settings) -
     parts = []
     for node, columns, _ in circuit.unknowns:
         c, ahead = fit(node.samples, time)[:, columns], powers(length)
-        parts.append(ahead @ c)
+        parts.append(ahead.dot(c))
         if settings.waveform.slopes:
             parts.append(length * (ahead[:3] @ c[1:]))
     return parts[0] if len(parts) == 1 else np.concatenate(parts)

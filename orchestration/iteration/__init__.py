@@ -18,10 +18,10 @@ from .iqn import IQN
 from .newton import Newton, Tangent
 from .plain import Plain
 from .relaxed import Relaxed
-from .secants import Secants, spectral_radius
+from .secants import Secants, norm, spectral_radius
 from .trace import Method, Trace
 
-__all__ = ["METHODS", "Method", "Outcome", "Secants", "Trace", "solve", "spectral_radius"]
+__all__ = ["METHODS", "Method", "Outcome", "Secants", "Trace", "norm", "solve", "spectral_radius"]
 
 METHODS: dict[str, type] = {
     "plain": Plain,
@@ -61,21 +61,19 @@ def solve(
     residuals: list[float] = []
     while True:
         r = (sweep(x) - x) / scale
-        norm = math.sqrt(r @ r)
-        residuals.append(norm)
-        if not norm < math.inf:  # nan or infinite
+        residuals.append(norm(r))
+        if not residuals[-1] < math.inf:  # nan or infinite
             return Outcome(x, False, math.inf, tuple(residuals))
         trace.x.append(x / scale)
         trace.r.append(r)
         secants = trace.secants
         if len(residuals) > 1:
             dx = trace.x[-1] - trace.x[-2]
-            if dx @ dx > (0.01 * tolerance) ** 2:  # smaller differences are noise of the subsystems' solvers
+            if norm(dx) > 0.01 * tolerance:  # smaller differences are noise of the subsystems' solvers
                 secants.add(dx, r - trace.r[-2])
         trace.split = secants.split(r)
         e = trace.split[0] + trace.split[1]
-        left = e - r
-        error = math.sqrt(max(e @ e, left @ left))
+        error = max(norm(e), norm(e - r))
         if error <= (tolerance if secants.columns else BLIND * tolerance):
             return Outcome(x, True, error, tuple(residuals))
         if len(residuals) >= limit:

@@ -5,11 +5,11 @@ one where the columns of earlier steps still hold."""
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 
+from .secants import norm
 from .trace import PROBE, Trace
 
 __all__ = ["IQN"]
@@ -19,5 +19,5 @@ __all__ = ["IQN"]
 class IQN:
     def update(self, trace: Trace) -> np.ndarray:
         secant, rest = trace.split
-        length, known = math.sqrt(rest @ rest), math.sqrt(secant @ secant)
+        length, known = norm(rest), norm(secant)
         return secant + min(1.0, max(PROBE, known) / length if length else 1.0) * rest

@@ -13,7 +13,7 @@ import math
 
 import numpy as np
 
-__all__ = ["Secants", "spectral_radius"]
+__all__ = ["Secants", "norm", "spectral_radius"]
 
 INDEPENDENT = 3e-3  # least orthogonal part of a unit column
 
@@ -29,7 +29,7 @@ class Secants:
 
     def add(self, dx: np.ndarray, dr: np.ndarray) -> None:
         """Takes in the difference of two sweeps of the same macro step."""
-        length = math.sqrt(dr @ dr)
+        length = norm(dr)
         if length == 0.0:
             return
         n = self.size
@@ -38,8 +38,8 @@ class Secants:
         for column in (np.concatenate((dr, dx)) / length, *self.columns):
             rest = column
             if kept:
-                rest = column - (combined[:, :n] @ column[:n]) @ combined  # the rows not filled yet are null
-            left = math.sqrt(rest[:n] @ rest[:n])
+                rest = column - combined[:, :n].dot(column[:n]).dot(combined)  # the rows not filled yet are null
+            left = norm(rest[:n])
             if left > INDEPENDENT:
                 combined[len(kept)] = rest / left
                 kept.append(column)
@@ -50,7 +50,7 @@ class Secants:
     def split(self, r: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The secant step (n,) for a residual, and the part (n,) of the residual on which no column bears."""
         n = self.size
-        known = (self._combined[:, :n] @ r) @ self._combined
+        known = self._combined[:, :n].dot(r).dot(self._combined)
         return -known[n:], r - known[:n]
 
     def error(self, r: np.ndarray) -> np.ndarray:
@@ -71,6 +71,11 @@ class Secants:
         """Estimated spectral radius of S; nan without a column."""
         inverse = self.inverse
         return math.nan if inverse is None else float(spectral_radius(inverse))
+
+
+def norm(v: np.ndarray) -> float:
+    """Euclidean, of (n,); for a few numbers a fraction of what numpy takes."""
+    return math.hypot(*v.tolist())
 
 
 def spectral_radius(inverse: np.ndarray) -> np.ndarray:

@@ -3,13 +3,12 @@ steps."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from typing import Any, Protocol
 
 import numpy as np
 
-from .secants import Secants
+from .secants import Secants, norm
 
 __all__ = ["PROBE", "Method", "Trace", "first_step"]
 
@@ -42,5 +41,5 @@ class Method(Protocol):
 
 def first_step(omega: float, r: np.ndarray) -> np.ndarray:
     """omega r, where nothing is known of the loop no longer than PROBE."""
-    length = omega * math.sqrt(r @ r)
+    length = omega * norm(r)
     return omega * r * min(1.0, PROBE / length if length else 1.0)
