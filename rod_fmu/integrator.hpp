@@ -8,19 +8,34 @@
 
 namespace rod {
 
-/// All that a rod remembers, as views into one array of plain doubles: q, v, a, then two scalars.
-struct State {
-  static std::size_t size(int unknowns) { return 3 * static_cast<std::size_t>(unknowns) + 2; }
-  State(double* memory, int unknowns)
+/// A point of the motion, as views into plain doubles: q, v, a, then the heat.
+struct Moment {
+  static std::size_t size(int unknowns) { return 3 * static_cast<std::size_t>(unknowns) + 1; }
+  Moment(double* memory, int unknowns)
       : q(memory, unknowns),
         v(memory + unknowns, unknowns),
         a(memory + 2 * unknowns, unknowns),
-        next_step(memory[3 * unknowns]),
-        dissipated(memory[3 * unknowns + 1]) {}
+        dissipated(memory[3 * unknowns]) {}
+  void assign(const Moment& other) { q = other.q, v = other.v, a = other.a, dissipated = other.dissipated; }
 
   Eigen::Map<Vector> q, v, a;  // coefficients of the strains, their first and second rates [1, 1/s, 1/s2]
-  double& next_step;           // length the method would try next [s], 0: unknown
   double& dissipated;          // heat of the damping so far [J]
+};
+
+/// All that a rod remembers, in one array of plain doubles.
+struct State : Moment {
+  static std::size_t size(int unknowns) { return 2 * Moment::size(unknowns) + 2 + load_numbers; }
+  State(double* memory, int unknowns)
+      : Moment(memory, unknowns),
+        ahead(memory + Moment::size(unknowns), unknowns),
+        next_step(memory[2 * Moment::size(unknowns)]),
+        left(memory[2 * Moment::size(unknowns) + 1]),
+        loads(memory + 2 * Moment::size(unknowns) + 2) {}
+
+  Moment ahead;       // where the last step ended, where that is past the communication point; see look_ahead.hpp
+  double& next_step;  // length the method would try next [s], 0: unknown
+  double& left;       // time from the state to `ahead` [s], 0: nothing is ahead
+  double* loads;      // of the last communication step, where they stood still: load_numbers of them
 };
 
 /// How far a step came [s after its start], and why not further.
@@ -37,6 +52,7 @@ inline constexpr double wildest_strain = 100.0;
 struct Scratch {
   Newton newton;
   Stage stage;
+  Work work;
   Vector r, x;
 };
 

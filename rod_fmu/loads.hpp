@@ -14,6 +14,9 @@ struct Loads {
   PerTca<double> delta_guess{};  // m
 };
 
+inline constexpr std::size_t load_numbers = 9 + 2 * tca_count;
+static_assert(sizeof(Loads) == load_numbers * sizeof(double));
+
 /// A frame turned about the rod's axis.
 struct Frame {
   double cosine = 1.0, sine = 0.0;

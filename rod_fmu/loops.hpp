@@ -44,7 +44,7 @@ struct Kinematics {
 };
 
 /// Writes minus the moments of [R^T m; R^T n] into r, and those of [r_i x t_i; t_i] L into b[i]. Statics when v and a
-/// are null.
+/// are null; positions and velocities alone, and b, when r and a are.
 using ResidualLoop = void (*)(const Build&, const double* q, const double* v, const double* a, const Loads&,
                               Kinematics&, double* r, const std::array<double*, tca_count>& b);
 ResidualLoop residual_loop(const Build& build);

@@ -65,13 +65,14 @@ double Rod::out_of_plane(const Loads& loads, const Work& w) const {
   const Quadrature& grid = *build_.grid;
   const Loads turned = frame_.in(loads);
   const double weight = build_.mass * length() * length() * turned.gravity.y;
-  Along<Triad<Pack>, most_packs> n, m;
-  for (int p = 0; p < grid.packs; ++p) {
-    n[p] = spread({0.0, length() * turned.tip_force.y, 0.0});
-    n[p].y += (1.0 - grid.s.pack[p]) * weight;
-    m[p] = cross(w.l[p], n[p]);
+  Along<Triad<Pack>, most_packs> n{}, m{};
+  if (turned.gravity.y != 0.0 || turned.tip_force.y != 0.0) {
+    for (int p = 0; p < grid.packs; ++p) {
+      n[p].y = length() * turned.tip_force.y + (1.0 - grid.s.pack[p]) * weight;
+      m[p] = cross(w.l[p], n[p]);
+    }
+    m = integral(grid.adjoint, m);
   }
-  m = integral(grid.adjoint, m);
   Field couple, force;
   for (int p = 0; p < grid.packs; ++p) {
     couple.set(p, back(w.R[p], m[p] + spread({turned.tip_moment.x, 0.0, turned.tip_moment.z})));

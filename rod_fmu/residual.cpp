@@ -63,44 +63,58 @@ ROD_INLINE void tca_geometry(const Build& build, const Field& kappa, const Field
   }
 }
 
-/// Force from the acceleration, with omega, alpha and the velocity on the way: [p. and p..' are over L].
+/// omega and the velocity [p. over L].
 template <class Space, int packs>
-ROD_INLINE void inertia_forces(const Build& build, const double* v, const double* a, Kinematics& w,
+ROD_INLINE void velocities(const Build& build, const double* v, Kinematics& w) {
+  using Linear = Space::Linear;
+  using Angular = Space::Angular;
+  const Quadrature& grid = *build.grid;
+  Field kappa1, lambda1;
+  expand<packs>(build, v, kappa1, lambda1);
+  Along<Angular, packs> omega;
+  for (int p = 0; p < packs; ++p) {
+    const auto R = Space::turn(w.R, p);
+    omega[p] = R * take<Angular>(kappa1, p);
+    w.k1.set(p, omega[p]);
+    w.l1.set(p, R * take<Linear>(lambda1, p));
+  }
+  omega = integral(grid.forward, omega);
+  Along<Linear, packs> velocity;
+  for (int p = 0; p < packs; ++p) {
+    velocity[p] = cross(omega[p], take<Linear>(w.l, p)) + take<Linear>(w.l1, p);
+    w.omega.set(p, omega[p]), w.omega_body.set(p, back(Space::turn(w.R, p), omega[p]));
+  }
+  velocity = integral(grid.forward, velocity);
+  for (int p = 0; p < packs; ++p) w.velocity.set(p, velocity[p]);
+}
+
+/// Force from the acceleration [p..' over L], behind velocities().
+template <class Space, int packs>
+ROD_INLINE void inertia_forces(const Build& build, const double* a, Kinematics& w,
                                Along<typename Space::Linear, packs>& n, Along<typename Space::Angular, packs>& hdot) {
   using Linear = Space::Linear;
   using Angular = Space::Angular;
   const Quadrature& grid = *build.grid;
-  Field kappa1, lambda1, kappa2, lambda2;
-  expand<packs>(build, v, kappa1, lambda1);
+  Field kappa2, lambda2;
   expand<packs>(build, a, kappa2, lambda2);
-  Along<Angular, packs> k1, omega, alpha;
+  Along<Angular, packs> alpha;
   for (int p = 0; p < packs; ++p) {
     const auto R = Space::turn(w.R, p);
-    k1[p] = R * take<Angular>(kappa1, p);
-    w.k1.set(p, k1[p]);
     w.k2.set(p, R * take<Angular>(kappa2, p));
-    w.l1.set(p, R * take<Linear>(lambda1, p));
     w.l2.set(p, R * take<Linear>(lambda2, p));
-  }
-  omega = integral(grid.forward, k1);
-  Along<Linear, packs> velocity, acceleration;
-  for (int p = 0; p < packs; ++p) {
-    const auto l = take<Linear>(w.l, p), l1 = take<Linear>(w.l1, p);
-    alpha[p] = cross(omega[p], k1[p]) + take<Angular>(w.k2, p);
-    velocity[p] = cross(omega[p], l) + l1;
+    alpha[p] = cross(take<Angular>(w.omega, p), take<Angular>(w.k1, p)) + take<Angular>(w.k2, p);
   }
   alpha = integral(grid.forward, alpha);
-  velocity = integral(grid.forward, velocity);
+  Along<Linear, packs> acceleration;
   const auto inertia = build.length * spread(build.inertia);
   for (int p = 0; p < packs; ++p) {
     const auto R = Space::turn(w.R, p);
     const auto l = take<Linear>(w.l, p), l1 = take<Linear>(w.l1, p);
-    const auto swing = cross(omega[p], l) + 2.0 * l1;
-    acceleration[p] = cross(alpha[p], l) + cross(omega[p], swing) + take<Linear>(w.l2, p);
-    const auto body = back(R, omega[p]);
+    const auto omega = take<Angular>(w.omega, p), body = take<Angular>(w.omega_body, p);
+    const auto swing = cross(omega, l) + 2.0 * l1;
+    acceleration[p] = cross(alpha[p], l) + cross(omega, swing) + take<Linear>(w.l2, p);
     hdot[p] = R * (scale(inertia, back(R, alpha[p])) + cross(body, scale(inertia, body)));
-    w.omega.set(p, omega[p]), w.alpha.set(p, alpha[p]), w.omega_body.set(p, body);
-    w.velocity.set(p, velocity[p]), w.swing.set(p, swing), w.hdot.set(p, hdot[p]);
+    w.alpha.set(p, alpha[p]), w.swing.set(p, swing), w.hdot.set(p, hdot[p]);
   }
   acceleration = integral(grid.forward, acceleration);
   const double mass = build.mass * build.length * build.length * build.length;
@@ -120,12 +134,14 @@ ROD_INLINE void residual(const Build& build, const double* q, const double* v, c
   tca_geometry<Space, packs>(build, kappa, lambda, w, b);
   for (int p = 0; p < packs; ++p) w.l.set(p, Space::turn(w.R, p) * take<Linear>(lambda, p));
 
+  w.moving = v != nullptr;
+  if (w.moving) velocities<Space, packs>(build, v, w);
+  if (!r) return;
   // Force: what is at the tip, weight, and inertia; the last two from the tip to the node.
   Along<Linear, packs> n{};
   Along<Angular, packs> m{};
-  w.moving = v != nullptr;
   if (w.moving) {
-    inertia_forces<Space, packs>(build, v, a, w, n, m);
+    inertia_forces<Space, packs>(build, a, w, n, m);
     n = integral(grid.adjoint, n);
   }
   const Vec3 weight = (build.mass * build.length * build.length) * loads.gravity;

@@ -108,21 +108,28 @@ void Rod::residual(const double* q, const double* v, const double* a, const Load
   ++evaluations_;
   const int n = unknowns();
   r.resize(n);
-  std::array<double*, tca_count> b;
-  for (std::size_t i = 0; i < tca_count; ++i) {
-    work.b[i].resize(n);
-    b[i] = work.b[i].data();
-  }
-  residual_(build_, q, v, a, frame_.in(loads), work, r.data(), b);
-
+  go_along(q, v, a, loads, work, r.data());
   r += stiffness_.cwiseProduct(Eigen::Map<const Vector>(q, n));
   if (work.moving) r += damping_.cwiseProduct(Eigen::Map<const Vector>(v, n));
+  for (std::size_t i = 0; i < tca_count; ++i) r += work.tension[i].value * work.b[i];
+}
+
+void Rod::look(const double* q, const double* v, const Loads& loads, Work& work) const {
+  go_along(q, v, nullptr, loads, work, nullptr);
+}
+
+void Rod::go_along(const double* q, const double* v, const double* a, const Loads& loads, Work& work, double* r) const {
+  std::array<double*, tca_count> b;
+  for (std::size_t i = 0; i < tca_count; ++i) {
+    work.b[i].resize(unknowns());
+    b[i] = work.b[i].data();
+  }
+  residual_(build_, q, v, a, frame_.in(loads), work, r, b);
   for (std::size_t i = 0; i < tca_count; ++i) {
     const bool inside = closure_ == Closure::inside;
     work.delta[i] = length() * (work.path[i] - reference_path_[i]);
     work.tension[i] = law_.tension(inside ? work.delta[i] : loads.delta_guess[i], loads.T[i]);
     if (!inside) work.tension[i].per_delta = 0.0;  // the force does not follow this rod's own displacement
-    r += work.tension[i].value * work.b[i];
   }
 }
 

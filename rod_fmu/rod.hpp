@@ -64,6 +64,8 @@ class Rod {
   void residual(const double* q, const double* v, const double* a, const Loads& loads, Work& work, Vector& r) const;
   /// How often residual() was called.
   long evaluations() const { return evaluations_; }
+  /// Positions, velocities, displacements and tensions: what of work outputs() needs.
+  void look(const double* q, const double* v, const Loads& loads, Work& work) const;
   /// The exact derivative at the point of the last residual().
   void tangent(const Work& work, const Weights& weights, Matrix& J) const;
   /// The derivative in the direction (0, dv, da).
@@ -78,7 +80,7 @@ class Rod {
   double first_frequency() const;
 
   /// Positions at the evenly spaced stations, tip pose and velocity, energies, displacements and tensions, for the
-  /// state of the last residual().
+  /// state of the last look() or residual().
   void outputs(const double* q, const double* v, const Loads& loads, const Work& work, Outputs& y) const;
 
   const TcaLaw& law() const { return law_; }
@@ -89,6 +91,8 @@ class Rod {
   double stiffness_per_strain(int c) const {
     return section_.stiffness[c] * (c < 3 ? 1.0 / length() : length());  // curvatures are kept times L
   }
+  /// The loop over nodes, and what the TCAs make of it; r may be null.
+  void go_along(const double* q, const double* v, const double* a, const Loads& loads, Work& work, double* r) const;
   /// See Outputs::out_of_plane; loads are those of the fixed frame.
   double out_of_plane(const Loads& loads, const Work& work) const;
 

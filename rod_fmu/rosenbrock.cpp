@@ -5,7 +5,7 @@
 #include <array>
 #include <cmath>
 
-#include "integrator.hpp"
+#include "look_ahead.hpp"
 
 namespace rod {
 
@@ -37,6 +37,9 @@ constexpr double time_weight[stages] = {0.21193756319429014, -0.4238751263885802
 constexpr double strain_scale = 0.1;  // strains below this are held to an absolute error
 // Of attempts in one call: more than a motion that means something needs, for every radian of the first mode.
 constexpr double most_attempts = 2e4, most_attempts_per_radian = 5e3;
+constexpr double worth_passing = 1.1;     // a step that long against the time to the communication point crosses it
+constexpr double longest_passing = 10.0;  // radians of the first mode: on longer ways the rounding of rates would show
+constexpr double stretch = 1.05;     // of a step that then comes to the communication point; its error still passes
 constexpr double least_step = 1e-9;  // of the step asked for, or of the rod's time scale
 
 /// Point (q, v, a) and increments of one stage; e is the damping's heat, integrated along.
@@ -110,32 +113,65 @@ double error_norm(const Rod& rod, double tolerance, const State& state, const St
   return std::sqrt(sum / (2.0 * rod.unknowns())) / tolerance;
 }
 
+/// Residual at the state, with an acceleration that belongs to the loads: inputs may have jumped, and the first stages
+/// would lose their order. False: there is none.
+bool begin(const Rod& rod, const Loads& loads, double tolerance, State& state, Scratch& scratch) {
+  const auto look = [&] {
+    rod.residual(state.q.data(), state.v.data(), state.a.data(), loads, scratch.newton.work, scratch.r);
+  };
+  look();
+  const double imbalance = (scratch.r.array() / rod.stiffness().array()).abs().maxCoeff();
+  if (imbalance < tolerance * strain_scale) return true;
+  if (!accelerate(rod, loads, state, scratch)) return false;
+  look();
+  return true;
+}
+
+struct Plan {
+  double step = 0.0;                  // s
+  bool last = false, passes = false;  // it comes to the communication point, or past it
+};
+
+/// The next step, with `rest` [s] to the communication point.
+Plan plan(const Rod& rod, double rest, double natural, bool may_pass) {
+  if (may_pass) {
+    const double passing = std::min(natural, longest_passing / rod.first_frequency());
+    if (passing > worth_passing * rest) return {passing, true, true};
+  }
+  if (stretch * natural >= rest) return {rest, true, false};
+  return {natural};
+}
+
 }  // namespace
 
 Advance step_rosenbrock(const Rod& rod, const Inputs& u, double h, double tolerance, State& state, Scratch& scratch) {
-  // Inputs may have jumped: the acceleration must belong to the loads now, or the first stages lose their order.
-  Loads loads = loads_at(u, 0.0);
-  Work start;
-  rod.residual(state.q.data(), state.v.data(), state.a.data(), loads, start, scratch.r);
-  const double imbalance = (scratch.r.array() / rod.stiffness().array()).abs().maxCoeff();
-  if (!(imbalance < tolerance * strain_scale)) {
-    if (!accelerate(rod, loads, state, scratch)) return {0.0, "no finite acceleration at the start of the step"};
-    rod.residual(state.q.data(), state.v.data(), state.a.data(), loads, start, scratch.r);
+  const bool may_pass = stand_still(u, state);
+  if (!may_pass) state.left = 0.0;
+  double done = 0.0;
+  if (h < state.left) {
+    move_towards(rod, h, state);
+    return {h, ""};
   }
-
+  if (state.left > 0.0) {
+    done = state.left;
+    state.assign(state.ahead);
+    state.left = 0.0;
+    if (done == h) return {h, ""};
+  }
+  Loads loads = loads_at(u, done);
+  if (!begin(rod, loads, tolerance, state, scratch)) return {done, "no finite acceleration at the start of the step"};
   if (state.next_step <= 0.0) state.next_step = 0.05 / rod.first_frequency();
   const double least = least_step * std::min(h, 1.0 / rod.first_frequency());
+  Work& start = scratch.newton.work;
   Step s;
-  Work work;
   Matrix J;
   Eigen::PartialPivLU<Matrix> lu;
-  double done = 0.0;
   for (int attempts = 0; done < h; ++attempts) {
     if (attempts > most_attempts + most_attempts_per_radian * h * rod.first_frequency())
       return {done, "too many time steps; the tolerance may be too tight for this motion"};
-    const bool last = state.next_step >= h - done;
-    const double step = last ? h - done : std::min(state.next_step, 0.5 * (h - done) + 0.5 * state.next_step);
-    take(rod, u, done, step, state, start, scratch.r, loads, lu, J, work, s);
+    const double rest = h - done;
+    const auto [step, last, passes] = plan(rod, rest, state.next_step, may_pass);
+    take(rod, u, done, step, state, start, scratch.r, loads, lu, J, scratch.work, s);
     const double error = error_norm(rod, tolerance, state, s);
     const double factor = std::isfinite(error) ? std::clamp(0.9 * std::pow(error, -0.2), 0.2, 5.0) : 0.2;
     if (!(error <= 1.0 && s.y.q.lpNorm<Eigen::Infinity>() < wildest_strain)) {
@@ -144,10 +180,16 @@ Advance step_rosenbrock(const Rod& rod, const Inputs& u, double h, double tolera
         return {done, "the time step fell below the least one; the loads may be too violent"};
       continue;
     }
-    state.q = s.y.q, state.v = s.y.v, state.a = s.y.a;
-    state.dissipated += s.y.e;
     // A step cut short by the end of the interval says little about the next one.
-    if (!last || factor < 1.0 || step * factor > state.next_step) state.next_step = step * factor;
+    if (!last || step == state.next_step || factor < 1.0 || step * factor > state.next_step)
+      state.next_step = step * factor;
+    Moment& reached = passes ? state.ahead : state;
+    reached.dissipated = state.dissipated + s.y.e;
+    reached.q = s.y.q, reached.v = s.y.v, reached.a = s.y.a;
+    if (passes) {
+      state.left = step;
+      move_towards(rod, rest, state);
+    }
     done = last ? h : done + step;
     if (done < h) {
       loads = loads_at(u, done);

@@ -53,6 +53,7 @@ bool settle(const Rod& rod, const Loads& loads, State& state, Scratch& scratch) 
   state.q = scratch.x;
   state.v.setZero();
   state.a.setZero();
+  state.left = 0.0;
   return true;
 }
 

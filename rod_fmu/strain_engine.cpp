@@ -47,7 +47,7 @@ class StrainEngine final : public Engine {
 
   void outputs(std::span<double> memory, const Loads& loads, Outputs& y) override {
     const State now = state(memory);
-    rod_.residual(now.q.data(), now.v.data(), now.a.data(), loads, scratch_.newton.work, scratch_.r);
+    rod_.look(now.q.data(), now.v.data(), loads, scratch_.newton.work);
     rod_.outputs(now.q.data(), now.v.data(), loads, scratch_.newton.work, y);
     y.energy_dissipated = now.dissipated;
   }
@@ -76,6 +76,7 @@ class StrainEngine final : public Engine {
     rod_.from_states(x.data(), now.q.data());
     rod_.from_states(x.data() + strain_states, now.v.data());
     now.dissipated = x[2 * strain_states];
+    now.left = 0.0;
   }
 
   bool rates(std::span<const double> memory, const Loads& loads, std::span<double> dx) override {

@@ -50,7 +50,7 @@ def test_ratio_is_to_our_fastest_row_that_is_as_good() -> None:
     assert line.endswith("to ours 16 to 16, every 10 ms 16 to 16, in space 2 to 8 times")
 
 
-@pytest.mark.parametrize(("damped", "allowed"), [(False, 12e-6), (True, 4e-6)])  # m; order and tolerance set them
+@pytest.mark.parametrize(("damped", "allowed"), [(False, 12e-6), (True, 5e-6)])  # m; order and tolerance set them
 def test_our_finest_rows_meet_the_reference(damped: bool, allowed: float) -> None:
     with Archive(find_fmu("rod.fmu")) as archive:
         release = Release(archive, damped)

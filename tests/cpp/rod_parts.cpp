@@ -2,12 +2,16 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <tuple>
 
 #include "quadrature.hpp"
+#include "rod_support.hpp"
 #include "rotations.hpp"
 #include "tca.hpp"
 
 using namespace rod;
+using rod_test::Bench;
+using rod_test::RandomState;
 
 class RodQuadrature : public testing::TestWithParam<int> {
  protected:
@@ -144,5 +148,29 @@ TEST(RodTca, TensionIsTheSlopeOfItsEnergy) {
     EXPECT_NEAR((law.energy(delta + e, T) - law.energy(delta - e, T)) / (2 * e), N.value, 1e-8 * std::abs(N.value));
     EXPECT_NEAR((law.tension(delta, T + eT).value - law.tension(delta, T - eT).value) / (2 * eT), N.per_T,
                 1e-8 * std::abs(N.per_T));
+  }
+}
+
+TEST(RodParts, OutputsOfALookAreThoseBehindTheResidual) {
+  for (bool planar : {false, true}) {
+    Parameters p;
+    p.planar = planar;
+    Bench bench(p);
+    bench.inputs.gravity[0][0] = 9.81;
+    bench.inputs.T[0][0] = 340.0;
+    const RandomState x(bench.rod.unknowns(), 7);
+    bench.state.q = x.q, bench.state.v = x.v, bench.state.a = x.a;
+    const Outputs whole = bench.look();
+    Outputs y;
+    Work work;
+    const Loads loads = loads_at(bench.inputs, 0.0);
+    bench.rod.look(x.q.data(), x.v.data(), loads, work);
+    bench.rod.outputs(x.q.data(), x.v.data(), loads, work, y);
+    EXPECT_EQ(y.shape, whole.shape);
+    EXPECT_EQ(y.tip_v, whole.tip_v);
+    EXPECT_EQ(y.delta_rate, whole.delta_rate);
+    EXPECT_EQ(y.N, whole.N);
+    EXPECT_EQ(std::tuple(y.energy_kinetic, y.energy_gravity, y.energy_tca, y.out_of_plane),
+              std::tuple(whole.energy_kinetic, whole.energy_gravity, whole.energy_tca, whole.out_of_plane));
   }
 }
