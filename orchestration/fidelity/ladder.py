@@ -92,7 +92,8 @@ def ladder(scene: Scene) -> Ladder:
 
 
 def settings(scene: Scene, choice: Choice) -> dict[str, Value]:
-    """What a choice sets, by the keys of a scene file; enumerations by name, the macro step in s."""
+    """What a choice sets, by the keys of a scene file and REST, which no file can; enumerations by name, the macro step
+    in s."""
     found: dict[str, Value] = {}
     for axis in ladder(scene):
         member = scene.model(axis.model) if axis.model else None
