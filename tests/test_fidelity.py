@@ -229,6 +229,15 @@ def test_what_was_proposed_too_rich_comes_down() -> None:
     assert above(AXES, found.choice)["order"] == 4
 
 
+@pytest.mark.parametrize(("moved", "lowered"), [(1.0, (1, 2)), (0.0, (0, 5))])
+def test_time_steps_come_down_where_there_are_any(moved: float, lowered: tuple[int, int]) -> None:
+    """Waves that nothing damps make them dear; an equilibrium takes none."""
+    axes = (Axis("inertia", "model", None, ({},) * 2, complete=True), Axis("step", "time", None, ({},) * 9))
+    runs = Known(inertia=moved, step=0.1)
+    found = descend(runs, axes, {"inertia": 1, "step": 5}, 1e-2, 1.0, lambda c, e: None)
+    assert (found.choice["inertia"], found.choice["step"]) == lowered
+
+
 def test_a_tolerance_that_no_level_meets() -> None:
     short = (Axis("order", "space", None, ({},) * 3),)
     runs = Known(order=1.0)

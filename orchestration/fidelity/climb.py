@@ -22,7 +22,7 @@ from .runs import Runs
 __all__ = ["SHARE", "Found", "Tell", "above", "climb", "descend"]
 
 SHARE = 0.7  # of the tolerance that an estimate may be: it trusts that gaps shrink from rung to rung
-_LOWERED = ("inertia", "order", "strains")  # in this order: where a lower rung saves most
+_LOWERED = ("inertia", "step", "order", "strains")  # in this order: where a lower rung saves most
 
 Tell = Callable[[Choice, float], None]  # hears of a choice that was tried, and its estimated error
 
@@ -72,7 +72,7 @@ def descend(runs: Runs, ladder: Ladder, choice: Choice, tolerance: float, stop: 
     allowed, fine = SHARE * tolerance, above(ladder, choice)
     estimate, refused = runs.gap(choice, fine, stop), {}
     for axis in (name for name in _LOWERED if name in choice):
-        while choice[axis] > 0:
+        while choice[axis] > 0 and (axis != "step" or choice.get("inertia")):  # equilibria take no time steps
             lower = {**choice, axis: choice[axis] - 1}
             off = runs.gap(lower, fine, stop)
             tell(lower, off)

@@ -17,6 +17,7 @@ from .truth import truth
 
 __all__ = ["Judge", "Level", "Study", "candidates", "study"]
 
+_STEPS = 2  # rung of the rod's tolerance that is tried at least
 _REPEATS = 5  # of the runs whose cost decides, the least counts; fewer where one takes longer than _QUIET
 _QUIET = 0.5  # [s] from which on what a processor does besides matters little
 _DECIDING = 4  # levels that are run again, the cheapest by their first run
@@ -44,15 +45,16 @@ class Study:
 
 
 def candidates(axes: Ladder, choices: Sequence[Choice]) -> Iterator[Choice]:
-    """All models of the rod, with time steps as coarse as any up to the finest chosen, with the choices' finest heat
-    and longest macro step, both of which cost next to nothing or nothing; and the least model of the heat with the
-    rods chosen. What is finer in all comes after what is coarser."""
+    """All models of the rod, with time steps from the coarsest up to the finest chosen, and with the choices' finest
+    heat and longest macro step, both of which cost next to nothing or nothing; and the least model of the heat with
+    the rods chosen. What is finer in all comes after what is coarser."""
     finest = {a.name: max(choice[a.name] for choice in choices) for a in axes}
     fixed = {**finest, "macro": min(choice["macro"] for choice in choices)}
     rungs = {a.name: range(len(a.rungs)) for a in axes if a.name in ("strains", "inertia", "order")}
     for values in product(*rungs.values()):
         level = {**fixed, **dict(zip(rungs, values, strict=True))}
-        yield from ({**level, "step": k} for k in range(1, finest["step"] + 1)) if level.get("inertia") else [level]
+        steps = range(max(_STEPS, finest.get("step", 0)) + 1)
+        yield from ({**level, "step": step} for step in steps) if level.get("inertia") else [level]
     yield from ({**choice, "heat": 0} for choice in choices if "heat" in choice)
 
 
