@@ -2,7 +2,7 @@
 # make test     C++ and Python tests, formatters, linters
 # make fmus     fmus/thermal.fmu and fmus/rod.fmu
 # make portable both with binaries for Windows as well, and in build/wheel/ a wheel with them, which needs no compiler
-# make charts   docs/convergence.png, docs/chart_step.png, docs/chart_drop.png: how the models converge, what accuracy costs
+# make charts   docs/convergence.png, docs/chart_step.png, chart_drop.png, chart_tap.png: how the models converge, what accuracy costs
 # make reference  docs/reference.md: every command, key and variable
 # make format   formats everything
 # Each sets up what it needs: system packages (on Debian), .venv, the package with its FMUs. WERROR=ON: as CI. pip is
@@ -31,7 +31,7 @@ compiled: $(VENV)/installed $(VENV)/tested
 
 charts: compiled
 	python tests/bench/charts.py $(BUILD) docs/convergence.png
-	tca-cosim chart step drop --picture docs --workers 2
+	tca-cosim chart step drop tap --picture docs --workers 2
 
 $(BUILD)/hosts/ready: .ci/hosts tests/hosts/pom.xml $(VENV)/tested
 	.ci/hosts $(BUILD)/hosts python

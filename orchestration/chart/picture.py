@@ -45,7 +45,7 @@ def draw(dataset: xr.Dataset) -> Figure:
         )
         column[1].set_xlabel("error [1]")
     axes[0, 0].set_ylabel("CPU time of a warm run [s]")
-    axes[1, 0].set_ylabel("steps of the FMUs, repeated ones too [1]\n(monolith: right-hand sides)")
+    axes[1, 0].set_ylabel("evaluations of the rod's equations [1]\n(scipy: right-hand sides or shots)")
     figure.supxlabel(_below(dataset), fontsize=9)
     figure.suptitle(dataset.attrs["title"], fontsize=13)
     return figure

@@ -7,7 +7,6 @@ import contextlib
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import fields
-from functools import partial
 from typing import Any, ClassVar, Protocol
 
 import numpy as np
@@ -20,16 +19,19 @@ from ..errors import CosimError
 from ..fidelity import fit
 from ..fidelity.ladder import applied
 from ..master import StepLog
-from ..scene import Scene, read
+from ..scene import Member, Scene, read
 from ..simulate import prepared, recorded
+from ..slave import Slave
 from .norm import QUANTITIES
 
 __all__ = ["SOLVERS", "Solver"]
 
+COUNT = "evaluations"  # output of rod.fmu
+
 
 class Solver(Protocol):
-    """Loads when made: (scene, overrides, times (n,) of the output [s], settings). work: what it took in units that no
-    machine changes, nan where nothing is counted."""
+    """Loads when made: (scene, overrides, times (n,) of the output [s], settings). work: evaluations of the rod's
+    equations in the first run, which no machine changes; nan where nothing is counted."""
 
     settings: ClassVar[tuple[str, ...]]
     work: float
@@ -49,7 +51,7 @@ class Solver(Protocol):
 
 
 class CoSimulation:
-    """work: steps of all FMUs (fmi2DoStep), those that were taken back included."""
+    """work: residuals, those of steps that were taken back included."""
 
     settings: ClassVar[tuple[str, ...]] = ("steps",)  # macro steps per output
 
@@ -65,18 +67,18 @@ class CoSimulation:
         self._open.callback(master.release, self._start)
         master.save(self._start)
         self._first, self._logs = master.observe(), list[StepLog]()
-        self.work = 0.0
-        for slave in self._ready.slaves:  # while the first run is watched
-            vars(slave)["step"] = partial(self._counted, slave.step)
+        self._counters = [_Counter(m, slave) for m, slave in zip(scene.members, self._ready.slaves, strict=True)]
+        self.work = np.nan
 
     def ready(self) -> None:
-        for slave in self._ready.slaves:
-            vars(slave).pop("step", None)
         self._ready.master.restart(self._start)
 
     def run(self, limit: float) -> None:
         watch = _watch(limit) if limit < np.inf else (lambda time: None)
         self._logs = list(self._ready.steps(watch, self._times))
+        if self._counters:
+            found = [counter.close() for counter in self._counters]
+            self.work, self._counters = float(np.nansum(found)) if np.isfinite(found).any() else np.nan, []
 
     def result(self) -> xr.Dataset:
         names: dict[str, Sequence[Variable]] = {m.name: recorded(m) for m in self.scene.members}
@@ -85,9 +87,36 @@ class CoSimulation:
     def close(self) -> None:
         self._open.close()
 
-    def _counted(self, step: Callable[[float, float], None], time: float, length: float) -> None:
-        self.work += 1
-        step(time, length)
+
+class _Counter:
+    """Watches the output `evaluations` of an FMU, if it has one, which a restored state sets back."""
+
+    def __init__(self, member: Member, slave: Slave) -> None:
+        names = [variable.name for variable in recorded(member)]
+        self._slave, self._total = slave, np.nan
+        if COUNT in names:
+            self._place, self._total = names.index(COUNT), 0.0
+            self._last, self._watched = self._now(), (slave.step, slave.restore)
+            vars(slave).update(step=self._step, restore=self._restore)
+
+    def close(self) -> float:
+        """The total; it counts no more."""
+        for name in ("step", "restore"):
+            vars(self._slave).pop(name, None)
+        return self._total
+
+    def _now(self) -> float:
+        return float(self._slave.record()[self._place])
+
+    def _step(self, time: float, length: float) -> None:
+        self._watched[0](time, length)
+        now = self._now()
+        self._total += now - self._last
+        self._last = now
+
+    def _restore(self, state: Any) -> None:
+        self._watched[1](state)
+        self._last = self._now()
 
 
 class Auto(CoSimulation):
@@ -106,7 +135,7 @@ class Auto(CoSimulation):
 
 
 class Monolith:
-    """work: right-hand sides of the whole system."""
+    """work: right-hand sides."""
 
     settings: ClassVar[tuple[str, ...]] = ("tolerance",)
 
@@ -147,7 +176,7 @@ class Reference:
     """numpy and scipy alone. The limit is looked at afterwards."""
 
     settings: ClassVar[tuple[str, ...]] = tuple(f.name for f in fields(reference.Resolution))
-    work = np.nan
+    work = np.nan  # right-hand sides of the moving rod, shots through the resting one
 
     def __init__(self, source: str, overrides: Sequence[str], times: np.ndarray, **resolution: Any) -> None:
         self._solve = reference.prepared(read(source, overrides), reference.Resolution(**resolution), times)
@@ -157,6 +186,7 @@ class Reference:
 
     def run(self, limit: float) -> None:
         self._result = self._solve()
+        self.work = self._result.attrs["evaluations"]
 
     def result(self) -> xr.Dataset:
         return self._result

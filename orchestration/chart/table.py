@@ -33,7 +33,10 @@ _COLUMNS: dict[str, tuple[str, str]] = {
     "time_high": ("s", "its third quartile"),
     "runs": ("1", "warm runs"),
     "cold": ("s", "CPU time from the scene's file to the end of the first run"),
-    "work": ("1", "fmi2DoStep of all FMUs, repeated ones included; monolith: right-hand sides; nan: not counted"),
+    "work": (
+        "1",
+        "evaluations of the rod: residuals, also of repeated steps; right-hand sides; shots; nan: none counted",
+    ),
     "front": ("1", "no other point is both faster and as exact"),
     "failure": ("1", "why it failed"),
 }

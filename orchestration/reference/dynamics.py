@@ -44,6 +44,7 @@ class Mover:
 
     def __init__(self, data: RodData, count: int = 4, degree: int = 4) -> None:
         self.data, self.grid = data, elements(data.length, count, degree)
+        self.evaluations = 0  # of rate, one state's each
         grid = self.grid
         self._path, self._lengths = routing(data, grid.points), lengths(data)
         self._mean, self._slope = grid.mean[:, 1:], grid.slope[:, 1:]
@@ -110,6 +111,7 @@ class Mover:
     def rate(self, y: np.ndarray, loads: Loads) -> np.ndarray:
         """dy/dt for y (size,) or (size, B)."""
         data, flat = self.data, y.reshape(y.shape[0], -1)
+        self.evaluations += flat.shape[1]
         eta, xi, q, _, _ = self._parts(flat)
         out = np.empty_like(flat)
         d_eta, d_xi, d_q, d_p, d_c = self._parts(out)

@@ -26,7 +26,8 @@ from .statics import equilibrium
 __all__ = ["Resolution", "prepared", "run"]
 
 _PASSES = 40  # over a whole scene whose shape acts on its heat
-_SETTLED = 1e-8  # share of the length
+_SETTLED = 1e-8  # share of the length; at least
+_SHARE = 1e-2  # of the tolerance of the equilibria, likewise
 _BATCH = 400  # equilibria found at once: what fits into a cache
 
 Course = Callable[[float, float, float], np.ndarray]  # (t, a, b) as Inputs
@@ -51,7 +52,8 @@ class Resolution:
 
 def run(scene: Scene, resolution: Resolution | None = None, times: np.ndarray | None = None) -> xr.Dataset:
     """A Dataset as results.collect makes it, without the coupling's log: T, P, E_stored, Q_loss; delta, N, tip.p,
-    tip.euler. times [s]: of the output, from 0; where not given, the macro steps of a fixed control. Raises SceneError
+    tip.euler; attribute evaluations: states of the rod at which its equations were evaluated, or shots through it.
+    times [s]: of the output, from 0; where not given, the macro steps of a fixed control. Raises SceneError
     for what is not covered, SubsystemError where a solution is not found."""
     return prepared(scene, resolution, times)()
 
@@ -86,13 +88,14 @@ def prepared(
         dataset = xr.Dataset(coords={"time": ("time", marks[keep], {"units": "s", "long_name": "time"})})
         course, moved = passed(lambda t: 0.0)
         if thermal and rod and thermal.value("tca.beta"):
-            course, moved = _fed_back(scene, thermal, rod, pieces, passed, moved["delta"])
+            course, moved = _fed_back(scene, thermal, rod, pieces, passed, moved, resolution)
         if thermal and course:
             heated = {"T": course.T, "P": course.P, "E_stored": course.stored, "Q_loss": course.loss}
             _add(dataset, thermal, {name: values[keep] for name, values in heated.items()})
+        spent = float(moved.pop("evaluations", np.zeros(())))
         if rod:
             _add(dataset, rod, {name: values[keep] for name, values in moved.items()})
-        dataset.attrs = _about(scene, resolution)
+        dataset.attrs = {**_about(scene, resolution), "evaluations": spent}
         return dataset
 
     return solve
@@ -104,7 +107,8 @@ def _fed_back(
     rod: Member,
     pieces: list[np.ndarray],
     passed: Callable[..., tuple[HeatCourse | None, dict[str, np.ndarray]]],
-    delta: np.ndarray,
+    moved: dict[str, np.ndarray],
+    resolution: Resolution,
 ) -> tuple[HeatCourse | None, dict[str, np.ndarray]]:
     """Resistances that follow the displacements, R (1 + beta delta/L): whole courses again and again, since what comes
     later does not act on what was before. Splines between the outputs. Raises SubsystemError."""
@@ -113,6 +117,8 @@ def _fed_back(
     wired = [sources.get((thermal.name, name)) for name in thermal.archive.vectors["delta"]]
     columns = [rod.archive.vectors["delta"].index(source[1]) if source else None for source in wired]
     ends = np.cumsum([piece.size - 1 for piece in pieces])
+    settled = max(_SETTLED, _SHARE * resolution.shooting) * thermal.real("body.length")
+    delta, spent = moved["delta"], moved["evaluations"]
     for _ in range(_PASSES):
         splines = [
             CubicSpline(piece, delta[end - piece.size + 1 : end + 1]) for piece, end in zip(pieces, ends, strict=True)
@@ -125,8 +131,9 @@ def _fed_back(
 
         course, moved = passed(shift)
         change = float(np.abs(moved["delta"] - delta).max())
-        delta = moved["delta"]
-        if change <= _SETTLED * thermal.real("body.length"):
+        delta, spent = moved["delta"], spent + moved["evaluations"]
+        if change <= settled:
+            moved["evaluations"] = spent
             return course, moved
     raise SubsystemError(
         f"reference: the feedback of displacements on resistances does not settle in {_PASSES} passes (last change "
@@ -196,6 +203,7 @@ def _resting(
         "N": np.concatenate([e.N.T for e in found]),
         "tip.p": np.concatenate([e.p[:, -1].T for e in found]),
         "tip.euler": Rotation.from_matrix(R).as_euler("XYZ"),
+        "evaluations": np.array(sum(e.evaluations for e in found)),
     }
 
 
@@ -218,6 +226,7 @@ def _moving(
         "N": np.array([s.N for s in found]),
         "tip.p": np.array([s.p for s in found]),
         "tip.euler": Rotation.from_quat([s.quaternion for s in found]).as_euler("XYZ"),
+        "evaluations": np.array(start.evaluations + mover.evaluations),
     }
 
 

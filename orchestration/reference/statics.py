@@ -36,6 +36,7 @@ class Equilibrium:
     xi: np.ndarray
     delta: np.ndarray
     N: np.ndarray
+    evaluations: int  # shots through the rod, one equilibrium's each
 
 
 def equilibrium(data: RodData, loads: Loads, places: np.ndarray | None = None, rtol: float = 1e-9) -> Equilibrium:
@@ -80,12 +81,14 @@ class _Shooting:
     def __init__(self, data: RodData, loads: Loads, rtol: float) -> None:
         self._data, self._loads, self._rtol = data, loads, rtol
         self.tolerance = max(_TOLERANCE, _SHARE * rtol)
+        self._shots = 0
         self._force = data.stiffness[0] / data.length**2  # unit of force
         self._units = self._force * np.array([data.length] * 3 + [1.0] * 3)[:, None]
 
     def residual(self, z: np.ndarray, share: float) -> np.ndarray:
         """z (6 + N, M): scaled wrench at the clamp and tensions; M is a multiple of the number of loads, whose index
         runs fastest. (6 + N, M)"""
+        self._shots += z.shape[1]
         data, repeat = self._data, z.shape[1] // self._loads.T.shape[1]
         force, moment = (np.tile(share * x, repeat) for x in (self._loads.force, self._loads.moment))
         cold = data.T_0 + share * (self._loads.T - data.T_0)
@@ -102,7 +105,7 @@ class _Shooting:
         N = z[6:] * self._force
         xi = np.stack([self._strain(W[:, k], N, routing(self._data, s)) for k, s in enumerate(places)], axis=1)
         delta = path[18:, -1] * self._data.length - lengths(self._data)[:, None]
-        return Equilibrium(places, p * self._data.length, R.reshape(3, 3, *R.shape[1:]), xi, delta, N)
+        return Equilibrium(places, p * self._data.length, R.reshape(3, 3, *R.shape[1:]), xi, delta, N, self._shots)
 
     def _integrate(self, z: np.ndarray, share: float, places: np.ndarray | None = None) -> np.ndarray:
         """Rows p/L, R, W (scaled), sum |u_i|/L at the places or at the end: (18 + N, M, columns)."""
