@@ -110,9 +110,9 @@ def _gather(circuit: Circuit, length: float, waveform: Exchange, sample: Callabl
     """The unknowns (n,) in the samples of their nodes: values, and slopes times length where a waveform has them."""
     parts = []
     for node, columns, _ in circuit.unknowns:
-        values, rates = sample(node)[1:]
+        _, values, rates = sample(node)
         parts.append(values[columns])
-        if waveform.slopes:
+        if waveform.slopes and rates is not None:  # always together: network.assemble asks for them
             parts.append(length * rates[columns])
     return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
@@ -121,7 +121,7 @@ def _tangent(circuit: Circuit) -> np.ndarray | None:
     """Derivatives (n, n) of the residual by the unknowns, in nominals, by the chain rule along the sweep just done;
     None where a subsystem offers none."""
     size = circuit.scale.size
-    guess, moved, place = {}, {}, 0
+    guess, moved, place = dict[Node, np.ndarray](), dict[Node, np.ndarray](), 0
     for node, columns, _ in circuit.unknowns:
         guess[node] = np.zeros((len(node.subsystem.outputs), size))
         guess[node][columns, place + np.arange(columns.size)] = 1.0
@@ -151,13 +151,12 @@ def _ends(circuit: Circuit, x: np.ndarray, time: float, length: float, waveform:
     waveform has them."""
     ends, place = {}, 0
     for node, columns, _ in circuit.unknowns:
-        n = columns.size
-        values = node.samples[-1].values.copy()
+        n, before = columns.size, node.samples[-1]
+        values, rates = before.values.copy(), None
         values[columns] = x[place : place + n]
         place += n
-        rates = None
-        if waveform.slopes:
-            rates = node.samples[-1].rates.copy()
+        if waveform.slopes and before.rates is not None:
+            rates = before.rates.copy()
             rates[columns] = x[place : place + n] / length
             place += n
         ends[node] = Sample(time + length, values, rates)

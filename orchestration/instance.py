@@ -93,7 +93,7 @@ class Instance:
         self._wired = Group([variables[v] for v in outputs])
         self._recorded = Group([variables[v] for v in recorded])
         self._log = _Log()
-        self._states: set[int] = set()
+        self._states: set[int | None] = set()
         self._overwrites = True  # whether fmi2GetFMUstate writes over the handle it is given
         self._dead = ""  # why, after fmi2Fatal: nothing may be called any more
         self._initialising = False

@@ -153,8 +153,8 @@ class Master:
             over = str(stuck) in str(failure)  # nothing may be called any more
             cause = str(failure) if over else f"{failure}; {stuck}"
             remedy = "" if over else "Make coupling.macro_step smaller, or export with state saving and iterate"
-            known = (failure.residuals, failure.gain) if isinstance(failure, StepError) else ()
-            raise give_up(time, length, StepError(cause, *known, remedy=remedy)) from failure
+            known = failure if isinstance(failure, StepError) else StepError(cause)
+            raise give_up(time, length, StepError(cause, known.residuals, known.gain, remedy=remedy)) from failure
 
 
 def _signal(node: Node, time: float, length: float) -> None:

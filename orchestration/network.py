@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from .errors import SubsystemError
-from .exchange import Exchange, Sample
+from .exchange import NOTHING, Exchange, Sample
 from .signals import Constant, Signal
 from .subsystem import Subsystem
 from .wiring import Connection, Loop, loops
@@ -42,7 +42,7 @@ class Node:
     torn: list[Link] = field(default_factory=list)  # into this node, end value guessed or extrapolated
     needs_rates: bool = False
     samples: tuple[Sample, ...] = ()  # newest last; cut at events
-    now: Sample | None = None  # end of the step under way
+    now: Sample = NOTHING  # end of the step under way
 
     def sample(self, time: float) -> Sample:
         """The wired outputs at the present time of the subsystem."""

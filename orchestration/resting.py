@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .instance import Instance
+from .slave import Slave
 
 __all__ = ["Resting"]
 
@@ -16,7 +16,7 @@ class Resting:
 
     has_rates = can_rollback = takes_polynomials = rests = True
 
-    def __init__(self, instance: Instance) -> None:
+    def __init__(self, instance: Slave) -> None:
         self._instance = instance
         self.name, self.inputs, self.outputs = instance.name, instance.inputs, instance.outputs
 

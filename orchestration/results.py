@@ -10,7 +10,7 @@ from __future__ import annotations
 import json
 import platform
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -40,7 +40,7 @@ _LOG = {
 
 def collect(
     scene: Scene,
-    recorded: dict[str, Sequence[Variable]],
+    recorded: Mapping[str, Sequence[Variable]],
     first: dict[str, np.ndarray],
     logs: Sequence[StepLog],
     status: str,
@@ -48,7 +48,7 @@ def collect(
     """The Dataset of a run. recorded: per member the variables of its rows; first: its rows at the start; status:
     'complete', or why the run ended early."""
     times = np.array([0.0, *(log.time for log in logs)])
-    found = {}  # at once, since a Dataset that grows aligns everything in it anew with every variable
+    found: dict[str, Any] = {}  # at once, since a Dataset that grows aligns everything in it anew with every variable
     for name, variables in recorded.items():
         rows = np.array([first[name], *(log.record[name] for log in logs)])
         found |= arrays(name, variables, rows)
@@ -72,7 +72,7 @@ def arrays(member: str, variables: Sequence[Variable], rows: np.ndarray) -> dict
         shape = tuple(max(index[d] for index, _ in elements) for d in range(len(elements[0][0])))
         values = np.full((len(rows), *shape), np.nan)
         for index, k in elements:
-            values[(slice(None), *(i - 1 for i in index))] = rows[:, k]
+            values[(..., *(i - 1 for i in index))] = rows[:, k]
         about = variables[elements[0][1]]
         attributes = {"units": about.unit, "long_name": about.description, "causality": about.causality}
         found[f"{member}.{base}"] = (("time", *(f"index{n}" for n in shape)), values, attributes)
@@ -138,7 +138,7 @@ def _member(m: Member) -> dict[str, Any]:
         "guid": m.archive.guid,
         "parameters": values,
         "rests": m.rests,
-        "choices": {v: about.items[int(values[v]) - 1] for v, about in parameters.items() if about.items},
+        "choices": {v: m.choice(v) for v, about in parameters.items() if about.items},
         "units": {v: about.unit for v, about in parameters.items() if about.unit != "1"},
         "signals": {name: [type(signal).__name__, asdict(signal)] for name, signal in m.signals.items()},
     }

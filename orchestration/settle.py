@@ -14,7 +14,7 @@ import numpy as np
 from .exchange import Sample
 from .failure import StepError, give_up
 from .iteration import METHODS, Trace, solve
-from .network import Circuit, Node
+from .network import Circuit, Columns, Node
 
 __all__ = ["at_start", "behind_event"]
 
@@ -82,7 +82,7 @@ def _settle(
         raise give_up(time, 0.0, StepError(cause, outcome.residuals, trace.secants.gain))
 
 
-def _feed(node: Node, targets: np.ndarray, columns: np.ndarray, sample: Sample) -> None:
+def _feed(node: Node, targets: Columns, columns: Columns, sample: Sample) -> None:
     node.inputs[0, targets] = sample.values[columns]
     if sample.rates is not None:
         node.inputs[1, targets] = sample.rates[columns]

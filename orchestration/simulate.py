@@ -130,5 +130,5 @@ def _control(coupling: Coupling) -> Control:
     h = coupling.macro_step
     if coupling.control == "fixed":
         return Fixed(h)
-    kind = {"doubling": Doubling, "embedded": Embedded}[coupling.control]
+    kind = Doubling if coupling.control == "doubling" else Embedded
     return kind(h, coupling.step_tolerance, least=h * 0.5**coupling.halvings, most=h * 100.0)

@@ -13,10 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from . import held, hermite, linear, quadratic
-from .sample import Sample
+from .sample import NOTHING, Sample
 from .taylor import powers
 
-__all__ = ["METHODS", "Exchange", "Sample", "powers"]
+__all__ = ["METHODS", "NOTHING", "Exchange", "Sample", "powers"]
 
 
 @dataclass(frozen=True)
