@@ -19,7 +19,7 @@ enum class Closure : int { inside = 1, exchanged };
 enum class Law : int { wire = 1, measured };
 enum class Pitch : int { frozen = 1, current };
 enum class Profile : int { round = 1, given };
-enum class Method : int { backward_euler = 1, rosenbrock, midpoint, bdf, pade_euler };
+enum class Method : int { backward_euler = 1, rosenbrock, midpoint, bdf, pade_euler, rosenbrock_3 };
 
 using Polynomial = std::array<double, 4>;  // value and three time derivatives
 using Triple = std::array<double, 3>;

@@ -72,5 +72,7 @@ Advance step_backward_euler(const Rod& rod, const Inputs& u, double h, State& st
 Advance step_midpoint(const Rod& rod, const Inputs& u, double h, State& state, Scratch& scratch);
 /// RODAS5P (Steinebach 2023), order 5(4), L-stable, as many steps as the tolerance needs.
 Advance step_rosenbrock(const Rod& rod, const Inputs& u, double h, double tolerance, State& state, Scratch& scratch);
+/// RODAS3, order 3(2), L-stable: half the price of a step, where communication is what keeps steps short.
+Advance step_rosenbrock_3(const Rod& rod, const Inputs& u, double h, double tolerance, State& state, Scratch& scratch);
 
 }  // namespace rod

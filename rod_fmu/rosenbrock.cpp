@@ -1,38 +1,15 @@
-// RODAS5P (G. Steinebach, BIT Numer. Math. 63:27, 2023): eight stages, order 5 with embedded order 4, stiffly accurate
-// and L-stable, for systems of index 1. The rod is one: q. = v, v. = a, 0 = r(q, v, a, t). Eliminating the first two
-// rows of every stage leaves one matrix, r_q + g r_v + g^2 r_a with g = 1/(gamma h), factored once per step: no
-// iteration, so nothing to converge and no history to lose in a rollback.
+// Rosenbrock methods (rosenbrock_pairs.hpp) for systems of index 1. The rod is one: q. = v, v. = a, 0 = r(q, v, a, t).
+// Eliminating the first two rows of every stage leaves one matrix, r_q + g r_v + g^2 r_a with g = 1/(gamma h), factored
+// once per step: no iteration, so nothing to converge and no history to lose in a rollback.
 #include <array>
 #include <cmath>
 
 #include "look_ahead.hpp"
+#include "rosenbrock_pairs.hpp"
 
 namespace rod {
 
 namespace {
-
-constexpr int stages = 8;
-constexpr double gamma_ = 0.21193756319429014;
-constexpr double A[5][5] = {
-    {3.0},
-    {2.849394379747939, 0.45842242204463923},
-    {-6.954028509809101, 2.489845061869568, -10.358996098473584},
-    {2.8029986275628964, 0.5072464736228206, -0.3988312541770524, -0.04721187230404641},
-    {-7.502846399306121, 2.561846144803919, -11.627539656261098, -0.18268767659942256, 0.030198172008377946}};
-constexpr double C[7][7] = {
-    {-14.155112264123755},
-    {-17.97296035885952, -2.859693295451294},
-    {147.12150275711716, -1.41221402718213, 71.68940251302358},
-    {165.43517024871676, -0.4592823456491126, 42.90938336958603, -5.961986721573306},
-    {24.854864614690072, -3.0009227002832186, 47.4931110020768, 5.5814197821558125, -0.6610691825249471},
-    {30.91273214028599, -3.1208243349937974, 77.79954646070892, 34.28646028294783, -19.097331116725623,
-     -28.087943162872662},
-    {37.80277123390563, -3.2571969029072276, 112.26918849496327, 66.9347231244047, -40.06618937091002,
-     -54.66780262877968, -9.48861652309627}};
-constexpr double node[stages] = {
-    0.0, 0.6358126895828704, 0.4095798393397535, 0.9769306725060716, 0.4288403609558664, 1, 1, 1};
-constexpr double time_weight[stages] = {0.21193756319429014, -0.42387512638858027, -0.3384627126235924,
-                                        1.8046452872882734, 2.325825639765069};
 
 constexpr double strain_scale = 0.1;  // strains below this are held to an absolute error
 // Of attempts in one call: more than a motion that means something needs, for every radian of the first mode.
@@ -49,7 +26,7 @@ struct Point {
 };
 
 struct Step {
-  std::array<Point, stages> U;
+  std::array<Point, most_stages> U;
   Point y;
   Vector r, r_t, b1, b2, dr;
 };
@@ -61,22 +38,22 @@ void add(Point& y, double factor, const Point& U) {
   y.e += factor * U.e;
 }
 
-/// One step from the state into s.y, with the error in s.U[7]. `start` and `start_r` are work and residual at the
-/// state.
+/// One step from the state into s.y, with the error in the last of s.U. `start` and `start_r` are work and residual at
+/// the state.
+template <class Pair>
 void take(const Rod& rod, const Inputs& u, double from, double h, const State& state, const Work& start,
           const Vector& start_r, const Loads& loads, Eigen::PartialPivLU<Matrix>& lu, Matrix& J, Work& work, Step& s) {
-  const double g = 1.0 / (gamma_ * h);
+  const double g = 1.0 / (Pair::gamma * h);
   rod.tangent(start, {1.0, g, g * g}, J);
   lu.compute(J);
   rod.load_derivative(start, loads, load_rates_at(u, from), s.r_t);
   const auto& D = rod.damping();
   const Vector heat_slope = 2.0 * D.cwiseProduct(state.v);
 
-  for (int i = 0; i < stages; ++i) {
-    // Stages 7 and 8 start from the one before plus its increment; that is the method's embedded pair.
-    if (i < 6) {
+  for (int i = 0; i < Pair::stages; ++i) {
+    if (i < Pair::direct) {
       s.y.q = state.q, s.y.v = state.v, s.y.a = state.a, s.y.e = 0.0;
-      for (int j = 0; j < i; ++j) add(s.y, A[i - 1][j], s.U[j]);
+      for (int j = 0; j < i; ++j) add(s.y, Pair::A[i - 1][j], s.U[j]);
     } else {
       add(s.y, 1.0, s.U[i - 1]);
     }
@@ -84,31 +61,30 @@ void take(const Rod& rod, const Inputs& u, double from, double h, const State& s
     s.b2 = s.y.a;
     double b_e = D.dot(s.y.v.cwiseAbs2());
     for (int j = 0; j < i; ++j) {
-      s.b1 += (C[i - 1][j] / h) * s.U[j].q;
-      s.b2 += (C[i - 1][j] / h) * s.U[j].v;
-      b_e += (C[i - 1][j] / h) * s.U[j].e;
+      s.b1 += (Pair::C[i - 1][j] / h) * s.U[j].q;
+      s.b2 += (Pair::C[i - 1][j] / h) * s.U[j].v;
+      b_e += (Pair::C[i - 1][j] / h) * s.U[j].e;
     }
-    if (i == 0)
+    if (i < Pair::shared)
       s.r = start_r;
     else
-      rod.residual(s.y.q.data(), s.y.v.data(), s.y.a.data(), loads_at(u, from + node[i] * h), work, s.r);
+      rod.residual(s.y.q.data(), s.y.v.data(), s.y.a.data(), loads_at(u, from + Pair::node[i] * h), work, s.r);
     s.dr = g * s.b1 + s.b2;
     rod.rate_derivative(start, s.b1, s.dr, s.U[i].q);
-    s.r = s.U[i].q - s.r - (h * time_weight[i]) * s.r_t;
+    s.r = s.U[i].q - s.r - (h * Pair::time_weight[i]) * s.r_t;
     s.U[i].q = lu.solve(s.r);
     s.U[i].v = g * s.U[i].q - s.b1;
     s.U[i].a = g * s.U[i].v - s.b2;
     s.U[i].e = (b_e + heat_slope.dot(s.U[i].v)) / g;
   }
-  add(s.y, 1.0, s.U[stages - 1]);
+  add(s.y, 1.0, s.U[Pair::stages - 1]);
 }
 
 /// Root mean square over strains and rates of error/(tolerance * size), sizes common to each kind.
-double error_norm(const Rod& rod, double tolerance, const State& state, const Step& s) {
+double error_norm(const Rod& rod, double tolerance, const State& state, const Step& s, const Point& error) {
   const double q_size = strain_scale + std::max(state.q.lpNorm<Eigen::Infinity>(), s.y.q.lpNorm<Eigen::Infinity>());
   const double v_size =
       rod.first_frequency() * q_size + std::max(state.v.lpNorm<Eigen::Infinity>(), s.y.v.lpNorm<Eigen::Infinity>());
-  const Point& error = s.U[stages - 1];
   const double sum = error.q.squaredNorm() / (q_size * q_size) + error.v.squaredNorm() / (v_size * v_size);
   return std::sqrt(sum / (2.0 * rod.unknowns())) / tolerance;
 }
@@ -142,9 +118,8 @@ Plan plan(const Rod& rod, double rest, double natural, bool may_pass) {
   return {natural};
 }
 
-}  // namespace
-
-Advance step_rosenbrock(const Rod& rod, const Inputs& u, double h, double tolerance, State& state, Scratch& scratch) {
+template <class Pair>
+Advance step_pair(const Rod& rod, const Inputs& u, double h, double tolerance, State& state, Scratch& scratch) {
   const bool may_pass = stand_still(u, state);
   if (!may_pass) state.left = 0.0;
   double done = 0.0;
@@ -171,9 +146,9 @@ Advance step_rosenbrock(const Rod& rod, const Inputs& u, double h, double tolera
       return {done, "too many time steps; the tolerance may be too tight for this motion"};
     const double rest = h - done;
     const auto [step, last, passes] = plan(rod, rest, state.next_step, may_pass);
-    take(rod, u, done, step, state, start, scratch.r, loads, lu, J, scratch.work, s);
-    const double error = error_norm(rod, tolerance, state, s);
-    const double factor = std::isfinite(error) ? std::clamp(0.9 * std::pow(error, -0.2), 0.2, 5.0) : 0.2;
+    take<Pair>(rod, u, done, step, state, start, scratch.r, loads, lu, J, scratch.work, s);
+    const double error = error_norm(rod, tolerance, state, s, s.U[Pair::stages - 1]);
+    const double factor = std::isfinite(error) ? std::clamp(0.9 * std::pow(error, -1.0 / Pair::order), 0.2, 5.0) : 0.2;
     if (!(error <= 1.0 && s.y.q.lpNorm<Eigen::Infinity>() < wildest_strain)) {
       state.next_step = step * std::min(factor, 0.9);
       if (state.next_step < least)
@@ -197,6 +172,16 @@ Advance step_rosenbrock(const Rod& rod, const Inputs& u, double h, double tolera
     }
   }
   return {h, ""};
+}
+
+}  // namespace
+
+Advance step_rosenbrock(const Rod& rod, const Inputs& u, double h, double tolerance, State& state, Scratch& scratch) {
+  return step_pair<Rodas5p>(rod, u, h, tolerance, state, scratch);
+}
+
+Advance step_rosenbrock_3(const Rod& rod, const Inputs& u, double h, double tolerance, State& state, Scratch& scratch) {
+  return step_pair<Rodas3>(rod, u, h, tolerance, state, scratch);
 }
 
 }  // namespace rod

@@ -38,6 +38,8 @@ class StrainEngine final : public Engine {
         return step_midpoint(rod_, u, h, now, scratch_);
       case Method::bdf:
         return bdf_->step(rod_, u, h, tolerance, now, scratch_);
+      case Method::rosenbrock_3:
+        return step_rosenbrock_3(rod_, u, h, tolerance, now, scratch_);
       case Method::rosenbrock:
       case Method::pade_euler:  // has its own engine
         break;

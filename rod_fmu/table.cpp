@@ -89,7 +89,7 @@ void add_parameters(fmu::Table<rod::Data>& table, const rod::Parameters& p) {
   table.parameter("dynamic", p.dynamic, "", "false: no inertia and no damping, the shape is the equilibrium");
   table.parameter("start_at_equilibrium", p.start_at_equilibrium, "", "false: straight at rest");
   table.parameter("method", p.method, "", "time integrator; statics use strain polynomials always")
-      .choices({"backward_euler", "rosenbrock", "midpoint", "bdf", "pade_euler"});
+      .choices({"backward_euler", "rosenbrock", "midpoint", "bdf", "pade_euler", "rosenbrock_3"});
   table.parameter("tolerance", p.tolerance, "1", "relative error of one time step; of Newton's method")
       .range(1e-13, 1e-1)
       .nominal(1e-6)

@@ -33,6 +33,8 @@ Advance advance(Bench& bench, Method method, double h, double tolerance) {
       return step_backward_euler(bench.rod, bench.inputs, h, bench.state, bench.scratch);
     case Method::midpoint:
       return step_midpoint(bench.rod, bench.inputs, h, bench.state, bench.scratch);
+    case Method::rosenbrock_3:
+      return step_rosenbrock_3(bench.rod, bench.inputs, h, tolerance, bench.state, bench.scratch);
     default:
       break;
   }
@@ -69,7 +71,8 @@ TEST(RodDynamics, EveryMethodHasItsOrder) {
     int steps;
   } cases[] = {{Method::backward_euler, 0.0, 1, 1280}, {Method::backward_euler, 5e-3, 1, 320},
                {Method::midpoint, 0.0, 2, 320},        {Method::midpoint, 5e-3, 2, 160},
-               {Method::rosenbrock, 0.0, 5, 80},       {Method::rosenbrock, 5e-3, 4, 80}};
+               {Method::rosenbrock, 0.0, 5, 80},       {Method::rosenbrock, 5e-3, 4, 80},
+               {Method::rosenbrock_3, 0.0, 3, 320},    {Method::rosenbrock_3, 5e-3, 3, 160}};
   for (const auto& [method, retardation, order, steps] : cases) {
     const Vector truth = shaken(Method::rosenbrock, retardation, 1280);
     const double coarse = (shaken(method, retardation, steps) - truth).norm();
@@ -198,7 +201,7 @@ TEST(RodDynamics, NoStepAllocates) {
   bench.inputs.T[0] = {310.0, 10.0, 0.0, 0.0};
   const std::size_t before = allocations;
   bench.settle();
-  for (Method method : {Method::backward_euler, Method::midpoint, Method::rosenbrock})
+  for (Method method : {Method::backward_euler, Method::midpoint, Method::rosenbrock, Method::rosenbrock_3})
     EXPECT_EQ(advance(bench, method, 1e-2, 1e-6).reached, 1e-2);
   bench.look();
   EXPECT_EQ(allocations, before);
@@ -234,7 +237,7 @@ TEST(RodDynamics, BdfReachesItsToleranceAndRestartsHonestly) {
 
 TEST(RodDynamics, AbsurdTensionsAreRefusedQuickly) {
   for (double guess : {1e3, 1e70}) {
-    for (Method method : {Method::backward_euler, Method::midpoint, Method::rosenbrock}) {
+    for (Method method : {Method::backward_euler, Method::midpoint, Method::rosenbrock, Method::rosenbrock_3}) {
       Parameters p;
       p.closure = Closure::exchanged;
       Bench bench(p);

@@ -32,9 +32,9 @@ std::unique_ptr<probe::Host> started(const Case& c) {
 }  // namespace
 
 TEST(RodEvaluations, AreCountedByEveryMethodAndRestored) {
-  for (const Case& c :
-       {Case{true, Method::backward_euler}, Case{true, Method::rosenbrock}, Case{true, Method::midpoint},
-        Case{true, Method::bdf}, Case{true, Method::pade_euler}, Case{false, Method::rosenbrock}}) {
+  for (const Case& c : {Case{true, Method::backward_euler}, Case{true, Method::rosenbrock},
+                        Case{true, Method::midpoint}, Case{true, Method::bdf}, Case{true, Method::pade_euler},
+                        Case{true, Method::rosenbrock_3}, Case{false, Method::rosenbrock}}) {
     SCOPED_TRACE(testing::Message() << "method " << static_cast<int>(c.method) << ", dynamic " << c.dynamic);
     const auto host = started(c);
     EXPECT_EQ(host->get("evaluations") > 0.0, !c.dynamic) << "statics start at an equilibrium, which is counted";
@@ -63,6 +63,9 @@ TEST(RodEvaluations, OfOneStepAreItsStages) {
   bench.state.next_step = h;
   ASSERT_EQ(step_rosenbrock(bench.rod, bench.inputs, h, 1e-3, bench.state, bench.scratch).reached, h);
   EXPECT_EQ(bench.rod.evaluations(), 8) << "one step at rest: the eight stages of RODAS5P, the first at its start";
+  bench.inputs.T[0][1] = 1e-9;  // not still, for a step of its own
+  ASSERT_EQ(step_rosenbrock_3(bench.rod, bench.inputs, h, 1e-3, bench.state, bench.scratch).reached, h);
+  EXPECT_EQ(bench.rod.evaluations(), 8 + 3) << "the four of RODAS3, the first two at its start";
   ASSERT_EQ(step_static(bench.rod, bench.inputs, h, bench.state, bench.scratch).reached, h);
-  EXPECT_EQ(bench.rod.evaluations(), 8 + 2) << "at an equilibrium: one iteration of Newton's method, and its check";
+  EXPECT_EQ(bench.rod.evaluations(), 8 + 3 + 2) << "at an equilibrium: one iteration of Newton's method, and its check";
 }
