@@ -72,7 +72,8 @@ def arrays(member: str, variables: Sequence[Variable], rows: np.ndarray) -> dict
         shape = tuple(max(index[d] for index, _ in elements) for d in range(len(elements[0][0])))
         values = np.full((len(rows), *shape), np.nan)
         for index, k in elements:
-            values[(..., *(i - 1 for i in index))] = rows[:, k]
+            place: tuple[Any, ...] = (..., *(i - 1 for i in index))
+            values[place] = rows[:, k]
         about = variables[elements[0][1]]
         attributes = {"units": about.unit, "long_name": about.description, "causality": about.causality}
         found[f"{member}.{base}"] = (("time", *(f"index{n}" for n in shape)), values, attributes)
@@ -140,7 +141,7 @@ def _member(m: Member) -> dict[str, Any]:
         "rests": m.rests,
         "choices": {v: m.choice(v) for v, about in parameters.items() if about.items},
         "units": {v: about.unit for v, about in parameters.items() if about.unit != "1"},
-        "signals": {name: [type(signal).__name__, asdict(signal)] for name, signal in m.signals.items()},
+        "signals": {name: [type(signal).__name__, vars(signal)] for name, signal in m.signals.items()},
     }
 
 

@@ -7,6 +7,7 @@ import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 
 from threadpoolctl import threadpool_limits
 
@@ -59,7 +60,7 @@ def measure(
             for k, solver in live.items():
                 if not points[k].warm or points[k].warm[0] < SLOW or turn < FEW:
                     solver.ready()
-                    points[k].warm.append(_clocked(lambda solver=solver: solver.run(math.inf)))
+                    points[k].warm.append(_clocked(partial(solver.run, math.inf)))
                 progress()
         for solver in live.values():
             solver.close()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from itertools import zip_longest
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 from rich.table import Table
@@ -47,7 +47,7 @@ def command(
         out.print(table)
 
 
-def explain(record: dict[str, object]) -> None:
+def explain(record: dict[str, Any]) -> None:
     """The reasons of a choice, one to a line."""
     out.print(*record["reasons"], sep="\n", highlight=False, soft_wrap=True)
 
@@ -58,7 +58,9 @@ def _rows(scenes: list[Scene], audit: bool, study: bool, folder: Path) -> Iterat
         founds = [fidelity.fit(scene, tell) for scene in scenes]
         tell("the finest models")
         judged = fidelity.study(founds, lambda done, of: tell(f"level {done + 1} of {of}")) if study else []
-        errors = [j.chosen.error for j in judged] or [fidelity.audit(f) if audit else None for f in founds]
+        errors: list[float | None] = [j.chosen.error for j in judged] or [
+            fidelity.audit(f) if audit else None for f in founds
+        ]
     for found, true, judgement in zip_longest(founds, errors, judged):
         asked = found.scene.asked.tolerance
         path = folder / (f"{found.scene.name}.fit.nc" if len(scenes) == 1 else f"{found.scene.name}.fit.{asked:g}.nc")

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import numpy as np
 import typer
-from rich.progress import Progress
+from rich.progress import Progress, TaskID
 from rich.table import Table
 
 from .console import extra, out, reported, written
@@ -34,9 +34,11 @@ def command(
         with Progress(*Progress.get_default_columns(), console=out, transient=True) as bar:
             for name in scenes:
                 task = bar.add_task(name, total=1.0)
-                found = chart.halving(
-                    name, override, halvings, lambda share, task=task: bar.update(task, completed=share)
-                )
+
+                def progress(share: float, task: TaskID = task) -> None:
+                    bar.update(task, completed=share)
+
+                found = chart.halving(name, override, halvings, progress)
                 paths.append(folder / f"halving_{found.attrs['scene']}.nc")
                 results.write(found, paths[-1])
                 for step, difference, slope in zip(*(found[key].to_numpy() for key in SHOWN), strict=True):

@@ -46,13 +46,16 @@ class Axis:
 Ladder = tuple[Axis, ...]
 
 _TOLERANCES = tuple(10.0**-k for k in range(1, 11))
-_HEAT = (1e-3, 1e-5, 1e-6, 1e-7, 1e-8)  # the mesh is the same from 1e-2 to 1e-4, so nothing would show between them
+# The mesh is the same from 1e-2 to 1e-4, so nothing would show between them.
+_REDUCED: tuple[Mapping[str, Value], ...] = tuple(
+    {"level": "reduced", "tolerance": t} for t in (1e-3, 1e-5, 1e-6, 1e-7, 1e-8)
+)
 _AXES: Ladder = (
     Axis(
         "heat",
         "space",
         "thermal",
-        ({"level": "lumped"}, *({"level": "reduced", "tolerance": t} for t in _HEAT)),
+        ({"level": "lumped"}, *_REDUCED),
     ),
     # Against all strains: twist alone shows nothing where bending goes with shear.
     Axis(
@@ -102,7 +105,7 @@ def settings(scene: Scene, choice: Choice) -> dict[str, Value]:
     for model, fixed in _FIXED.items():
         if member := scene.model(model):
             found |= {f"{member.name}.{key}": value for key, value in fixed.items()}
-    found["coupling.macro_step"] *= scene.coupling.macro_step
+    found["coupling.macro_step"] = scene.coupling.macro_step * float(found["coupling.macro_step"])
     return found
 
 
@@ -114,7 +117,7 @@ def applied(scene: Scene, choice: Choice) -> Scene:
         _set(m, {k.removeprefix(f"{m.name}."): v for k, v in chosen.items() if k.startswith(f"{m.name}.")})
         for m in scene.members
     )
-    coupling = replace(scene.coupling, macro_step=chosen["coupling.macro_step"], control="fixed")
+    coupling = replace(scene.coupling, macro_step=float(chosen["coupling.macro_step"]), control="fixed")
     asked = replace(scene.asked, level="given")
     return closed_inside(replace(scene, members=members, coupling=coupling, asked=asked))
 

@@ -33,5 +33,5 @@ def propose(ladder: Ladder, numbers: Numbers, tolerance: float) -> Choice:
 
 def _first(axis: Axis, tolerance: float) -> int:
     """The lowest rung that promises that tolerance, or the highest there is."""
-    promising = (k for k, rung in enumerate(axis.rungs) if rung.get("tolerance", 1.0) <= 1.001 * tolerance)
+    promising = (k for k, rung in enumerate(axis.rungs) if float(rung.get("tolerance", 1.0)) <= 1.001 * tolerance)
     return next(promising, axis.last)

@@ -15,6 +15,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Any
 
 from ..scene import Member, Scene
 from ..signals import Constant, Impulse, Ramps, Signal, Sine, Steps
@@ -97,7 +98,7 @@ def unheated(scene: Scene) -> bool:
 
 def numbers(scene: Scene) -> Numbers:
     """Of the scene's thermal and rod FMUs, as far as it has them."""
-    found: dict[str, float | bool] = {}
+    found: dict[str, Any] = {}
     thermal, rod = scene.model("thermal"), scene.model("rod")
     if thermal:
         found["biot"] = thermal.real("h") * thermal.real("body.radius") / thermal.real("body.k")
@@ -110,7 +111,7 @@ def numbers(scene: Scene) -> Numbers:
     return Numbers(**found)
 
 
-def _rod(rod: Member) -> dict[str, float | bool]:
+def _rod(rod: Member) -> dict[str, Any]:
     length, rho = rod.real("body.length"), rod.real("body.rho")
     area, bending, shearing, stretching = _stiffness(rod)
     gravity, force, moment = (_largest(rod, name) for name in ("gravity", "tip_force", "tip_moment"))

@@ -4,7 +4,7 @@ starts straight, or at equilibrium in that plane, then stays in it."""
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from ..scene import Member, Scene
 from ..signals import Constant, Signal
@@ -19,7 +19,7 @@ def plane(scene: Scene) -> float | None:
     rod = scene.model("rod")
     if rod is None or not _straight(rod):
         return None
-    azimuths = [float(rod.value(name)) for name in rod.archive.vectors["tca.azimuth"]]
+    azimuths = rod.reals("tca.azimuth")
     heats = _heats(scene, rod, len(azimuths))
     for angle in sorted(_candidates(azimuths), key=lambda a: (round(a / (math.pi / 2.0), 9) % 1.0 > 0.0, a)):
         if _mirrors(azimuths, heats, angle) and _lies_in(rod, angle):
@@ -45,7 +45,7 @@ def _heats(scene: Scene, rod: Member, count: int) -> list[object]:
     return found
 
 
-def _candidates(azimuths: list[float]) -> Iterator[float]:
+def _candidates(azimuths: Sequence[float]) -> Iterator[float]:
     """Where a mirror of the TCAs can be: through one, or between two; and the axes, for one TCA in the middle."""
     for a in azimuths:
         for b in azimuths:
@@ -53,7 +53,7 @@ def _candidates(azimuths: list[float]) -> Iterator[float]:
                 yield _folded(0.5 * (a + b) + turn)
 
 
-def _mirrors(azimuths: list[float], heats: list[object], angle: float) -> bool:
+def _mirrors(azimuths: Sequence[float], heats: list[object], angle: float) -> bool:
     """Every TCA has one at its mirror image that is heated alike."""
     return all(
         any(
@@ -80,10 +80,11 @@ def _none_along(rod: Member, vector: str, direction: tuple[float, float, float])
         signal = rod.signals.get(name)
         if abs(share) > _SAME and signal is not None and any(signal.extremes):
             parts.append((share, signal))
-    if not all(isinstance(signal, Constant) for _, signal in parts):
-        return not parts
-    size = max((abs(signal.value) for _, signal in parts), default=0.0)
-    return abs(sum(share * signal.value for share, signal in parts)) <= _SAME * size
+    constant = [(share, signal.value) for share, signal in parts if isinstance(signal, Constant)]
+    if len(constant) < len(parts):
+        return False
+    size = max((abs(value) for _, value in constant), default=0.0)
+    return abs(sum(share * value for share, value in constant)) <= _SAME * size
 
 
 def _folded(angle: float) -> float:

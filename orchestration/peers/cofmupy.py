@@ -79,10 +79,10 @@ def job(scene: Scene, watch: Sequence[tuple[str, str]]) -> dict[str, Any]:
         about: dict[str, Any] = {"reals": {}, "integers": {}, "booleans": {}}
         for name, variable in member.archive.variables.items():
             value = member.parameters.get(name, variable.start if variable.causality == "input" else None)
-            if name in member.signals:
-                if not isinstance(member.signals[name], Constant):
+            if signal := member.signals.get(name):
+                if not isinstance(signal, Constant):
                     raise SceneError(f"{scene.name}: {member.name}.{name} varies in time; give a constant")
-                value = member.signals[name].value
+                value = signal.value
             if value is not None:
                 about[sections[variable.type]][name] = value
         wanted = [c.source for c in scene.connections] + list(watch)

@@ -9,7 +9,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-sys.exudynFast = True  # the import reads it
+sys.exudynFast = True  # type: ignore[attr-defined]  # the import reads it
 import exudyn as exu  # noqa: E402
 import exudyn.itemInterface  # noqa: E402
 from exudyn.beams import GenerateBeamElementsAlongLine  # noqa: E402

@@ -12,6 +12,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
 from importlib import import_module, metadata
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from rich.table import Table
@@ -73,7 +74,7 @@ def rate(rows: Sequence[Row]) -> list[Row]:
         ours = [r for r in ours if getattr(r, error) <= getattr(row, error) and (r.dim == 3 or not spatial)]
         return row.cpu / min((r.cpu for r in ours), default=math.nan)
 
-    def ratios(row: Row) -> dict[str, float]:
+    def ratios(row: Row) -> dict[str, Any]:
         return {
             "ratio": ratio(row, "error"),
             "ratio_every_10_ms": ratio(row, "error", often=True),
