@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Protocol
 
 __all__ = ["Constant", "Impulse", "Ramps", "Signal", "Sine", "Steps", "pulses"]
@@ -155,6 +156,7 @@ def _sinusoid(offset: float, amplitude: float, rate: float, phase: float, t: flo
     )
 
 
+@lru_cache(maxsize=256)  # steps of one length ask again and again
 def _bessel(x: float) -> tuple[float, float]:
     """The spherical Bessel functions j1 and j2, to rounding also for small x, where their closed forms cancel."""
     if abs(x) > 1.0:
