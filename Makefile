@@ -47,6 +47,7 @@ test: portable compiled $(BUILD)/hosts/ready
 	ctest --test-dir $(BUILD) --output-on-failure
 	ruff check .
 	ruff format --check .
+	python -m mypy
 	clang-format --dry-run --Werror $(CXX_FILES)
 	python -m pytest
 

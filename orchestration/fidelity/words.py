@@ -72,11 +72,13 @@ def _plane(rung: Rung, found: Found, n: Numbers) -> str:
 
 
 def _inertia(rung: Rung, found: Found, n: Numbers) -> str:
-    grows = "at once" if n.ramp == 0.0 else "never" if n.ramp == math.inf else f"over {n.ramp:.2g} s"
+    grows = "at once" if n.ramp == 0.0 else f"over {n.ramp:.2g} s"
     why = (
         f"loads grow {grows} against a first period of {1.0 / n.frequency:.2g} s, which leaves a vibration of at most "
         f"{n.residual:.2g} of the deflection"
     )
+    if n.ramp == math.inf:
+        why = "no load grows, so none leaves a vibration"
     if rung["dynamic"]:
         off = found.refused["inertia"]
         without = "the run fails" if off == math.inf else f"the answer would be off by {_share(off)}"
