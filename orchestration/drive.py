@@ -47,7 +47,7 @@ def drive(
             wish = taken.following
             if taken.steps:
                 *earlier, last = taken.steps
-                if abs(place - last.time) <= SLIVER * length:
+                if last.time != place and abs(place - last.time) <= SLIVER * length:
                     last = last._replace(time=place)
                 yield from (*earlier, last)
                 cap *= 2.0

@@ -7,7 +7,7 @@ import ctypes
 import itertools
 import weakref
 from collections.abc import Mapping, Sequence
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import fmpy.fmi2 as fmi2
 import numpy as np
@@ -60,6 +60,7 @@ class Group:
     def __init__(self, variables: Sequence[Variable]) -> None:
         self.size = len(variables)
         self.references = (fmi2.fmi2ValueReference * self.size)(*(v.reference for v in variables))
+        self.count = ctypes.c_size_t(self.size)
         self.values = np.zeros(self.size)
         self.buffer = (fmi2.fmi2Real * self.size).from_buffer(self.values)
         self.first_order = (fmi2.fmi2Integer * self.size)(*[1] * self.size)
@@ -106,7 +107,7 @@ class Instance:
             )
         except Exception as error:  # a binary for this platform is missing, or a library that it needs
             raise SubsystemError(f"{name}: {archive.path} cannot be loaded here: {error}") from error
-        self.library = self._fmu.dll  # the C functions; a proxy in its place may watch the calls
+        self.library: Any = _untyped(self._fmu.dll)  # a proxy in its place may watch the calls
         self._prepare(about)
         try:
             self._instantiate([category.name for category in description.logCategories])
@@ -124,7 +125,7 @@ class Instance:
             self._call("fmi2EnterInitializationMode")
             self._initialising = True
         self._driven.values[:] = values
-        self._set_values()
+        self._set_values(self._driven.buffer)
         return self.values()
 
     def values(self) -> np.ndarray:
@@ -186,7 +187,7 @@ class Instance:
             self._fmu.instantiate(callbacks=callbacks, loggingOn=True)  # without it some keep errors to themselves
         except Exception as error:
             raise SubsystemError(f"{self.name}: {error}: {self._log.take()}") from error
-        self._component = self._fmu.component
+        self._component = ctypes.c_void_p(self._fmu.component)
         chatter = [name.encode() for name in categories if name in _CHATTER]
         if chatter:
             self._call("fmi2SetDebugLogging", fmi2.fmi2False, len(chatter), (fmi2.fmi2String * len(chatter))(*chatter))
@@ -204,16 +205,16 @@ class Instance:
             except FMICallException as error:
                 raise SubsystemError(f"{self.name}: setting {', '.join(names)}: {self._log.take()}") from error
 
-    def _set_values(self) -> None:
+    def _set_values(self, values: ctypes.Array[ctypes.c_double]) -> None:
         group = self._driven
         if group.size:
-            status = self.library.fmi2SetReal(self._component, group.references, group.size, group.buffer)
+            status = self.library.fmi2SetReal(self._component, group.references, group.count, values)
             if status != fmi2.fmi2OK:
                 self._check(status, "setting inputs")
 
     def _read(self, group: Group) -> np.ndarray:
         if group.size:
-            status = self.library.fmi2GetReal(self._component, group.references, group.size, group.buffer)
+            status = self.library.fmi2GetReal(self._component, group.references, group.count, group.buffer)
             if status != fmi2.fmi2OK:
                 self._check(status, "reading outputs")
         return group.values.copy()
@@ -223,7 +224,7 @@ class Instance:
             raise SubsystemError(self._dead)
 
     def _call(self, function: str, *arguments: object) -> None:
-        self._check(getattr(self.library, function)(self._component, *arguments), function)
+        self._check(getattr(self._fmu.dll, function)(self._component, *arguments), function)
 
     def _check(self, status: int, what: str) -> None:
         if status <= fmi2.fmi2Warning:
@@ -232,6 +233,12 @@ class Instance:
         if status == fmi2.fmi2Fatal:
             self._dead = text = f"{text}; a fatal error, after which it cannot go on"
         raise SubsystemError(text)
+
+
+def _untyped(library: ctypes.CDLL) -> ctypes.CDLL:
+    """The C functions again, without the argument types that fmpy gives them, whose conversions take longer than most
+    calls: every argument is a value or an array of ctypes."""
+    return ctypes.CDLL(library._name, handle=library._handle)
 
 
 def _port(v: Variable) -> Port:

@@ -30,17 +30,15 @@ class Slave(Instance):
         self.takes_polynomials = about.canInterpolateInputs
         self.has_rates = about.maxOutputDerivativeOrder > 0
         self._has_tangent = about.providesDirectionalDerivative
-        self._final = fmi2.fmi2False if self.can_rollback else fmi2.fmi2True  # no state is set back before this step
-        count = self._driven.size
-        self._derivatives = np.zeros(3 * count)
-        self._derivative_buffer = (fmi2.fmi2Real * self._derivatives.size).from_buffer(self._derivatives)
-        self._derivative_references = (fmi2.fmi2ValueReference * self._derivatives.size)(
-            *[*self._driven.references] * 3
-        )
+        self._final = fmi2.fmi2Boolean(not self.can_rollback)  # whether no state is set back to before this step
+        size = self._driven.size
+        self._derivative_references = (fmi2.fmi2ValueReference * (3 * size))(*[*self._driven.references] * 3)
+        self._orders = (fmi2.fmi2Integer * (3 * size))(*(order for order in (1, 2, 3) for _ in range(size)))
+        self._derivative_counts = [ctypes.c_size_t(degree * size) for degree in range(4)]
+        self._source: np.ndarray | None = None  # whose memory the next two are
         self._degree = 0  # the highest order of input derivatives sent so far; others the FMU need not know
         self._held: bytes | None = None  # the inputs sent last, where they are constant and the FMU still has them
         self._length = None if about.canHandleVariableCommunicationStepSize else 0.0  # [s] of all steps
-        self._orders = (fmi2.fmi2Integer * self._derivatives.size)(*(o for o in (1, 2, 3) for _ in range(count)))
 
     def begin(self) -> None:
         self._call("fmi2ExitInitializationMode")
@@ -59,12 +57,14 @@ class Slave(Instance):
         if sent == self._held:
             return
         self._held = None
-        self._driven.values[:] = polynomials[0]
-        self._set_values()
+        if polynomials is not self._source:  # mostly the same array again, filled anew
+            self._source = polynomials
+            self._values = _doubles(polynomials[:1])
+            self._derivatives = _doubles(polynomials[1:])
+        self._set_values(self._values)
         rows = math.ceil(len(sent.rstrip(b"\0")) / len(sent) * 4)  # up to the last one with a bit that is set
         self._degree = max(self._degree, rows - 1)
         if self._degree and self.takes_polynomials:
-            self._derivatives[:] = polynomials[1:].ravel()
             self._set_derivatives()
         if rows < 2:
             self._held = sent
@@ -77,9 +77,9 @@ class Slave(Instance):
         status = self.library.fmi2SetRealInputDerivatives(
             self._component,
             self._derivative_references,
-            self._degree * self._driven.size,
+            self._derivative_counts[self._degree],
             self._orders,
-            self._derivative_buffer,
+            self._derivatives,
         )
         if status != fmi2.fmi2OK:
             self._check(
@@ -97,7 +97,7 @@ class Slave(Instance):
                     f"{self._length:.6g} s so far, {length:.6g} s now; set coupling.control = 'fixed' and a "
                     "coupling.macro_step that divides the stop time and the times of all jumps"
                 )
-        status = self.library.fmi2DoStep(self._component, time, length, self._final)
+        status = self.library.fmi2DoStep(self._component, ctypes.c_double(time), ctypes.c_double(length), self._final)
         if status == fmi2.fmi2OK:
             return
         what = f"step from t = {time:.6g} s by {length:.3g} s"
@@ -111,7 +111,7 @@ class Slave(Instance):
         group = self._wired
         if group.size:
             status = self.library.fmi2GetRealOutputDerivatives(
-                self._component, group.references, group.size, group.first_order, group.buffer
+                self._component, group.references, group.count, group.first_order, group.buffer
             )
             self._check(
                 status, "output derivatives (without them exchange and waveform can be held, linear or quadratic)"
@@ -121,13 +121,24 @@ class Slave(Instance):
     def tangent(self, columns: np.ndarray) -> np.ndarray | None:
         if not self._has_tangent:
             return None
-        group, seed = self._wired, fmi2.fmi2Real(1.0)
+        group, seed, one = self._wired, fmi2.fmi2Real(1.0), ctypes.c_size_t(1)
         found = np.empty((group.size, columns.size))
         for place, column in enumerate(columns):
             known = fmi2.fmi2ValueReference(self._driven.references[column])
             status = self.library.fmi2GetDirectionalDerivative(
-                self._component, group.references, group.size, ctypes.byref(known), 1, ctypes.byref(seed), group.buffer
+                self._component,
+                group.references,
+                group.count,
+                ctypes.byref(known),
+                one,
+                ctypes.byref(seed),
+                group.buffer,
             )
             self._check(status, f"derivatives by {self.inputs[column].name}")
             found[:, place] = group.values
         return found
+
+
+def _doubles(rows: np.ndarray) -> ctypes.Array[ctypes.c_double]:
+    """The memory of an array in C order."""
+    return (fmi2.fmi2Real * rows.size).from_buffer(rows)

@@ -46,7 +46,7 @@ class Subsystem(Protocol):
         """Ends initialisation."""
 
     def set_inputs(self, polynomials: np.ndarray) -> None:
-        """Sets the inputs (4, n_u) for the step to come."""
+        """Sets the inputs (4, n_u), in C order, for the step to come."""
 
     def step(self, time: float, length: float) -> None:
         """Advances from time by length [s]. Raises SubsystemError, with the time reached where a smaller step may
