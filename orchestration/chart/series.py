@@ -11,7 +11,7 @@ from typing import Any
 from ..archive import similar
 from ..errors import CosimError
 from ..scene import Scene
-from .solvers import SOLVERS
+from .solvers import SOLVERS, moves
 from .truth import LEVELS
 
 if sys.version_info >= (3, 11):
@@ -80,8 +80,8 @@ class Plan:
         for name in panels:
             if name not in self.panels:
                 raise CosimError(f"chart: no panel {name!r}; {similar(name, list(self.panels))}")
-        moves = any(m.value("dynamic") for m in scene.members)
-        wanted = [s for s in self.series if moves in KINDS[s.scenes] and (not panels or s.panel in panels)]
+        kind = moves(scene)
+        wanted = [s for s in self.series if kind in KINDS[s.scenes] and (not panels or s.panel in panels)]
         return [trial for s in wanted for trial in s.trials()]
 
 

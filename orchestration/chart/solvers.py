@@ -17,14 +17,14 @@ from ..archive import Variable
 from ..closing import closed_inside
 from ..errors import CosimError
 from ..fidelity import fit
-from ..fidelity.ladder import applied
+from ..fidelity.ladder import applied, ladder
 from ..master import StepLog
 from ..scene import Member, Scene, read
 from ..simulate import prepared, recorded
 from ..slave import Slave
 from .norm import QUANTITIES
 
-__all__ = ["SOLVERS", "Solver"]
+__all__ = ["SOLVERS", "Solver", "moves"]
 
 COUNT = "evaluations"  # output of rod.fmu
 
@@ -120,7 +120,8 @@ class _Counter:
 
 
 class Auto(CoSimulation):
-    """Models and macro step chosen by fit() for all that a chart's error is made of; the choice is part of loading."""
+    """Models and macro step chosen by fit() for all that a chart's error is made of; the choice is part of loading. The
+    truth has inertia where the scene has it, so that this may leave it out, but not add it."""
 
     settings: ClassVar[tuple[str, ...]] = ("tolerance",)
 
@@ -130,7 +131,8 @@ class Auto(CoSimulation):
             f"fidelity.tolerance={tolerance}",
             f"coupling.macro_step={float(times[1] - times[0])}",
         ]
-        fitted = fit(read(source, [*overrides, *asked]))
+        scene = read(source, [*overrides, *asked])
+        fitted = fit(scene, axes=tuple(axis for axis in ladder(scene) if axis.name != "inertia" or moves(scene)))
         self._load(applied(fitted.scene, fitted.found.choice), times)
 
 
@@ -200,6 +202,11 @@ SOLVERS: dict[str, type[Solver]] = {
     "monolith": Monolith,
     "reference": Reference,
 }
+
+
+def moves(scene: Scene) -> bool:
+    """Whether anything in it has inertia."""
+    return any(m.value("dynamic") for m in scene.members)
 
 
 def _watch(limit: float) -> Callable[[float], None]:

@@ -85,11 +85,13 @@ class _Account:
         self.estimate = f", last estimate {estimate:.1e}"
 
 
-def fit(scene: Scene, tell: Told = lambda text: None) -> Fit:
-    """For the quantities and the tolerance that the scene asks for. Raises CosimError where no level meets the
-    tolerance, SceneError where nothing is asked for."""
+def fit(scene: Scene, tell: Told = lambda text: None, axes: Ladder | None = None) -> Fit:
+    """For the quantities and the tolerance that the scene asks for. axes: those of ladder(scene) that are free, all
+    unless given; on the others the scene's own models stay. Raises CosimError where no level meets the tolerance,
+    SceneError where nothing is asked for."""
     begin = time.thread_time()
-    axes, screened, tolerance = ladder(scene), numbers(scene), scene.asked.tolerance
+    axes = ladder(scene) if axes is None else axes
+    screened, tolerance = numbers(scene), scene.asked.tolerance
     stop, macro = scene.stop_time, scene.coupling.macro_step
     window = min(stop, max(1.0, round(SEEN * stop / macro)) * macro)
     said = _Account(tell, axes)

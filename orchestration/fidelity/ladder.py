@@ -96,16 +96,16 @@ def ladder(scene: Scene) -> Ladder:
 
 def settings(scene: Scene, choice: Choice) -> dict[str, Value]:
     """What a choice sets, by the keys of a scene file and REST, which no file can; enumerations by name, the macro step
-    in s."""
+    in s. Axes that are not in it stay as the scene has them."""
     found: dict[str, Value] = {}
-    for axis in ladder(scene):
+    for axis in (axis for axis in ladder(scene) if axis.name in choice):
         member = scene.model(axis.model) if axis.model else None
         name = member.name if member else "coupling"
         found |= {f"{name}.{key}": value for key, value in axis.rungs[choice[axis.name]].items()}
     for model, fixed in _FIXED.items():
         if member := scene.model(model):
             found |= {f"{member.name}.{key}": value for key, value in fixed.items()}
-    found["coupling.macro_step"] = scene.coupling.macro_step * float(found["coupling.macro_step"])
+    found["coupling.macro_step"] = scene.coupling.macro_step * float(found.get("coupling.macro_step", 1.0))
     return found
 
 
