@@ -168,6 +168,11 @@ class Instance:
             return
         for state in tuple(self._states):
             self.free(ctypes.c_void_p(state))
+        # PythonFMU's binaries are never unloaded, and at exit they count down in memory they have just freed, which
+        # can abort the process, unless they let go of it before. Instances that live on hold it themselves.
+        let_go = getattr(self._fmu.dll, "finalizePythonInterpreter", None)
+        if let_go is not None:
+            let_go()
         if self._fmu.component is not None and not self._dead:
             self._fmu.freeInstance()
         self._fmu = None

@@ -4,6 +4,9 @@ no units, no nominals, no derivatives, outputs that only a step computes."""
 from __future__ import annotations
 
 import math
+import re
+import subprocess
+import sys
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
@@ -18,7 +21,8 @@ import orchestration as tca
 from orchestration.archive import Archive
 from orchestration.slave import Slave
 
-SOURCES = Path(__file__).parent / "data" / "foreign"
+ROOT = Path(__file__).parents[1]
+SOURCES = ROOT / "tests" / "data" / "foreign"
 HELD = '[coupling]\nexchange = "held"\nwaveform = "held"\n'
 LOOP = """stop_time = "1 s"
 connections = ["one.y -> two.u", "two.y -> one.u"]
@@ -57,6 +61,30 @@ mass = "saved/Oscillator.fmu"
 spring = "saved/Gain.fmu"
 [spring]
 g = -3.0
+"""
+EXIT = """
+import sys
+from pathlib import Path
+import orchestration as tca
+from orchestration.archive import Archive, find_fmu
+from orchestration.slave import Slave
+
+closed, broken, refused = (Archive(Path(sys.argv[1])) for _ in range(3))
+Slave(closed, "closed", {}, ["u"], ["y"]).close()
+slave = Slave(broken, "broken", {"label": "broken"}, ["u"], ["y"])
+slave.begin()
+try:
+    slave.step(0.0, 0.1)
+except tca.SubsystemError as error:
+    print(error)
+slave.close()
+sys.modules["foreign_gain"].Gain.__init__ = None
+try:
+    Slave(refused, "refused", {}, ["u"], ["y"])
+except tca.SubsystemError as error:
+    print(error)
+ours = [Slave(Archive(find_fmu(f"{name}.fmu")), name, {}, [], []) for name in ("thermal", "rod", "rod")]
+ours[1].close()  # the others are still there at exit
 """
 
 
@@ -190,6 +218,18 @@ def test_a_fatal_error_ends_the_run_and_nothing_else(scene: Callable[..., Any]) 
         tca.run(scene(LOOP + HELD, "one.label=broken"))
     assert caught.value.partial.sizes["time"] == 1
     assert tca.run(scene(LOOP + HELD)).attrs["status"] == "complete"
+
+
+def test_exit_touches_no_freed_memory(folder: Path) -> None:
+    """Of FMUs that were closed, that refused to start, that broke down or that nobody closed."""
+    check = ["valgrind", "--undef-value-errors=no", sys.executable, "-c", EXIT, str(folder / "saved" / "Gain.fmu")]
+    done = subprocess.run(check, cwd=ROOT, capture_output=True, text=True, timeout=300, check=False)
+    assert done.returncode == 0, done.stderr
+    assert "a broken part" in done.stdout
+    assert "refused: Failed to instantiate" in done.stdout
+    # The loader's and Python's own findings are not ours.
+    found = [text for text in re.split(r"(?m)^==\d+== \n", done.stderr) if "Invalid" in text and "/binaries/" in text]
+    assert not found, found[0]
 
 
 def test_steps_of_one_length_only(scene: Callable[..., Any]) -> None:
