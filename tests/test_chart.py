@@ -22,7 +22,7 @@ from orchestration.chart.release import draw
 from orchestration.chart.series import plan
 from orchestration.chart.solvers import SOLVERS, CoSimulation
 from orchestration.chart.truth import solve as solve_truth
-from orchestration.errors import CosimError
+from orchestration.errors import CosimError, CouplingError
 from orchestration.peers.table import Row
 from orchestration.scene import read
 
@@ -260,6 +260,15 @@ def test_heat_that_starts_at_once_costs_a_loop_two_orders() -> None:
     carries as cubics, go with it."""
     found = chart.halving("feedback", ["stop_time=6"], halvings=3)
     assert found["order"][-2:].to_numpy() == pytest.approx([2.0] * 2, abs=0.1)
+
+
+def test_steps_too_long_for_a_loop_are_left_behind_as_failed() -> None:
+    found = chart.halving("stiff")
+    assert np.isnan(found["difference"][0])
+    assert "make coupling.macro_step smaller" in found["failure"][0].item()
+    assert found["difference"][-1] <= 1e-9
+    with pytest.raises(CouplingError, match=r"gain 3\.2"):
+        chart.halving("plain", ["stop_time=1"], halvings=2)
 
 
 def test_co_simulation_meets_the_reference_on_drop() -> None:

@@ -12,6 +12,7 @@ import numpy as np
 import xarray as xr
 
 from .. import monolith, results
+from ..errors import CouplingError
 from ..machine import commit
 from ..scene import read
 from .norm import Norm
@@ -31,18 +32,26 @@ def halving(
     halvings: int = 12,
     progress: Callable[[float], None] = lambda share: None,
 ) -> xr.Dataset:
-    """difference (macro step): in the norm of a chart; order: log2 of the ratio to the difference of the step before.
-    overrides win over TIGHT. Ends below ENOUGH. progress(share done). Raises SceneError, CosimError."""
+    """difference (macro step): in the norm of a chart, nan where the loop cannot be solved over steps so long, and
+    failure says why; order: log2 of the ratio to the difference of the step before. overrides win over TIGHT. Ends
+    below ENOUGH. progress(share done). Raises CouplingError where no step is short enough, SceneError, CosimError."""
     tight = (*TIGHT, *overrides)
     scene = read(source, tight)
     times = np.linspace(0.0, scene.stop_time, OUTPUTS + 1)
     norm = Norm.of(monolith.run(scene, INTEGRATOR, times), times)
-    found = []
+    found, failures = list[float](), list[str]()
     for k in range(halvings + 1):
         progress(k / (halvings + 1))
-        with contextlib.closing(CoSimulation(source, tight, times, 2**k)) as solver:
-            solver.run(np.inf)
-            found.append(norm.error(solver.result()))
+        try:
+            with contextlib.closing(CoSimulation(source, tight, times, 2**k)) as solver:
+                solver.run(np.inf)
+                found.append(norm.error(solver.result()))
+                failures.append("")
+        except CouplingError as failure:
+            if k == halvings and not np.isfinite(found).any():
+                raise
+            found.append(np.nan)
+            failures.append(str(failure))
         if found[-1] <= ENOUGH and k:
             break
     difference = np.array(found)
@@ -53,6 +62,7 @@ def halving(
         {
             "difference": ("step", difference, {"units": "1", "long_name": norm.axis()}),
             "order": ("step", order, {"units": "1", "long_name": "log2 of the ratio to the step before"}),
+            "failure": ("step", failures, {"long_name": "why it failed"}),
         },
         {"step": ("step", steps, {"units": "s", "long_name": "macro step"})},
         {**about, "ranges": json.dumps(norm.ranges), "integrator": INTEGRATOR, "commit": commit()},

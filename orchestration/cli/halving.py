@@ -42,8 +42,9 @@ def command(
                 paths.append(folder / f"halving_{found.attrs['scene']}.nc")
                 results.write(found, paths[-1])
                 for step, difference, slope in zip(*(found[key].to_numpy() for key in SHOWN), strict=True):
+                    off = "failed" if np.isnan(difference) else f"{difference:.2e}"
                     order = "-" if np.isnan(slope) else f"{slope:.2f}"  # the first has none before it
-                    shown.add_row(found.attrs["scene"], f"{step:.6g}", f"{difference:.2e}", order)
+                    shown.add_row(found.attrs["scene"], f"{step:.6g}", off, order)
                 shown.add_section()
         out.print(shown)
         written(*paths)
