@@ -4,6 +4,8 @@ derivative."""
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from . import linear
@@ -27,10 +29,21 @@ def _from(a: Sample, b: Sample) -> np.ndarray:
     if b is a:
         zeros = np.zeros_like(a.values)
         return np.array((a.values, a.rates, zeros, zeros))
-    h = b.time - a.time
-    mean = (b.values - a.values) / h
-    bend = mean - a.rates
+    h, rise = b.time - a.time, b.values - a.values
     if b.rates is None:
-        return np.array((a.values, a.rates, bend * (2.0 / h), np.zeros_like(bend)))
-    twist = b.rates - mean - bend
-    return np.array((a.values, a.rates, (bend - twist) * (2.0 / h), twist * (6.0 / (h * h))))
+        return np.array((a.values, a.rates, (rise / h - a.rates) * (2.0 / h), np.zeros_like(rise)))
+    cubic: np.ndarray = _weights(h).dot(np.array((a.values, a.rates, rise, b.rates)))
+    return cubic
+
+
+@lru_cache(maxsize=256)  # steps of one length ask again and again
+def _weights(h: float) -> np.ndarray:
+    """(4, 4): from value and rate at the start, rise over h [s] and rate at the end; of constants exactly null."""
+    return np.array(
+        (
+            (1.0, 0.0, 0.0, 0.0),
+            (0.0, 1.0, 0.0, 0.0),
+            (0.0, -4.0 / h, 6.0 / h**2, -2.0 / h),
+            (0.0, 6.0 / h**2, -12.0 / h**3, 6.0 / h**2),
+        )
+    )
