@@ -20,7 +20,7 @@ from orchestration.archive import kept
 from orchestration.chart.norm import Norm, front
 from orchestration.chart.release import draw
 from orchestration.chart.series import plan
-from orchestration.chart.solvers import SOLVERS, CoSimulation
+from orchestration.chart.solvers import SOLVERS, CoSimulation, LateError
 from orchestration.chart.truth import solve as solve_truth
 from orchestration.errors import CosimError, CouplingError
 from orchestration.peers.table import Row
@@ -209,6 +209,22 @@ def test_a_run_begun_again_is_the_same() -> None:
     xr.testing.assert_identical(first, again)
     assert solver.work == work >= 8  # counted once
     solver.close()
+
+
+@pytest.mark.parametrize(("solver", "scene"), [*((solver, "step") for solver in SOLVERS), ("reference", "drop")])
+def test_the_limit_ends_every_first_run(solver: str, scene: str) -> None:
+    times = np.linspace(0.0, 0.2, 3)
+    tried = SOLVERS[solver](scene, ["stop_time=0.2"], times)
+    with contextlib.closing(tried), pytest.raises(LateError, match=r"stopped at t = .* of CPU time") as late:
+        tried.run(1e-9)
+    assert str(late.value).startswith("search for a level") is (solver == "auto")
+
+
+def test_a_truth_says_how_far_it_is(tmp_path: Path) -> None:
+    (tmp_path / "small.toml").write_text(SMALL)
+    heard: list[tuple[int, float]] = []
+    chart.truth(["step"], ["stop_time=1"], tmp_path / "small.toml", progress=lambda *told: heard.append(told))
+    assert heard == [(number, share) for number in (0, 1) for share in (0.0, 0.25, 0.5, 0.75, 1.0)]
 
 
 @pytest.mark.parametrize("scene", ["push", "plain"])

@@ -3,6 +3,7 @@ co-simulation against it."""
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -145,6 +146,11 @@ def test_tip_couple_rolls_the_rod_up() -> None:
 def test_no_equilibrium_is_an_error_that_says_so() -> None:
     with pytest.raises(tca.SubsystemError, match="no equilibrium found"):
         equilibrium(rod_data(), loads(T=np.nan))
+
+
+def test_a_watch_ends_the_search_for_an_equilibrium() -> None:
+    with pytest.raises(StopIteration):
+        equilibrium(rod_data(), loads(T=COLD + 20.0), watch=partial(next, iter([0, 1])))
 
 
 @pytest.mark.parametrize("damped", [True, False])

@@ -14,7 +14,7 @@ from threadpoolctl import threadpool_limits
 from ..errors import CosimError
 from .norm import Norm
 from .series import Trial
-from .solvers import SOLVERS, Solver
+from .solvers import SOLVERS, LateError, Solver
 
 __all__ = ["SLOW", "Measured", "measure"]
 
@@ -46,8 +46,8 @@ def measure(
     progress: Callable[[], None] = lambda: None,
 ) -> list[Measured]:
     """One thread throughout. The first run of a point is cold and not among `warm`; then come `repeats` rounds, each of
-    all points in turn, so that what disturbs the machine disturbs all alike. limit [s] of CPU for a first run.
-    progress: called after each point of each round."""
+    all points in turn, so that what disturbs the machine disturbs all alike. limit [s] of CPU for a first run, as
+    Solver.run has it. progress: called after each point of each round."""
     with threadpool_limits(1):
         points, live = [Measured(trial) for trial in trials], {}
         for k, point in enumerate(points):
@@ -79,7 +79,7 @@ def _first(source: str, overrides: Sequence[str], point: Measured, norm: Norm, l
         point.work = solver.work
         if not point.error <= WRONG:
             point.reason = f"error {point.error:.2g} of the range"
-    except CosimError as error:
+    except (CosimError, LateError) as error:
         point.cold = time.process_time() - begin
         point.reason = str(error)
     if point.reason:

@@ -31,16 +31,21 @@ class Truth:
 
 
 def truth(
-    sources: Sequence[str], overrides: Sequence[str] = (), file: Path = OWN, worker: Worker = serial
+    sources: Sequence[str],
+    overrides: Sequence[str] = (),
+    file: Path = OWN,
+    worker: Worker = serial,
+    progress: Callable[[int, float], None] | None = None,
 ) -> list[Truth]:
-    """For every scene; file: of the series; the worker may spread them over processes. Raises CosimError."""
+    """For every scene; file: of the series; the worker may spread them over processes. progress(number of the task,
+    share of it done): where they run in this one. Raises CosimError."""
     chosen = plan(file)
     scenes = [read(source, overrides) for source in sources]
     times = [np.linspace(0.0, scene.stop_time, chosen.outputs + 1) for scene in scenes]
+    pairs = [(*of, chosen.truth[level]) for of in zip(sources, times, strict=True) for level in LEVELS]
     tasks = [
-        partial(solve, source, overrides, grid, chosen.truth[level])
-        for source, grid in zip(sources, times, strict=True)
-        for level in LEVELS
+        partial(solve, source, overrides, grid, level, partial(progress, number) if progress else None)
+        for number, (source, grid, level) in enumerate(pairs)
     ]
     solved: list[xr.Dataset] = [xr.Dataset()] * len(tasks)
     for number, result in worker(tasks):

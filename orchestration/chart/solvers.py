@@ -15,7 +15,6 @@ import xarray as xr
 from .. import monolith, reference, results
 from ..archive import Variable
 from ..closing import closed_inside
-from ..errors import CosimError
 from ..fidelity import fit
 from ..fidelity.ladder import applied, ladder
 from ..master import StepLog
@@ -24,9 +23,14 @@ from ..simulate import prepared, recorded
 from ..slave import Slave
 from .norm import QUANTITIES
 
-__all__ = ["SOLVERS", "Solver", "moves"]
+__all__ = ["SOLVERS", "LateError", "Solver", "moves"]
 
 COUNT = "evaluations"  # output of rod.fmu
+PATIENCE = 20.0  # times the limit of a run: of a search, and of solvers in Python
+
+
+class LateError(Exception):
+    """The CPU time is used up. No CosimError: searches take those for runs that fail, and go on."""
 
 
 class Solver(Protocol):
@@ -42,7 +46,8 @@ class Solver(Protocol):
         """Back to the start, as if nothing had been run."""
 
     def run(self, limit: float) -> None:
-        """To the stop time. limit [s] of CPU time, inf: not looked at. Raises CosimError."""
+        """To the stop time. limit [s] of CPU time, PATIENCE times that of a search or in Python; inf: none. Raises
+        CosimError, LateError."""
 
     def result(self) -> xr.Dataset:
         """Of the last run, with the output times among its times."""
@@ -74,8 +79,7 @@ class CoSimulation:
         self._ready.master.restart(self._start)
 
     def run(self, limit: float) -> None:
-        watch = _watch(limit) if limit < np.inf else (lambda time: None)
-        self._logs = list(self._ready.steps(watch, self._times))
+        self._logs = list(self._ready.steps(_watch(limit), self._times))
         if self._counters:
             found = [counter.close() for counter in self._counters]
             self.work, self._counters = float(np.nansum(found)) if np.isfinite(found).any() else np.nan, []
@@ -120,8 +124,8 @@ class _Counter:
 
 
 class Auto(CoSimulation):
-    """Models and macro step chosen by fit() for all that a chart's error is made of; the choice is part of loading. The
-    truth has inertia where the scene has it, so that this may leave it out, but not add it."""
+    """Models and macro step chosen by fit() for all that a chart's error is made of; the search is part of the first
+    run. The truth has inertia where the scene has it, so that a choice may leave it out, but not add it."""
 
     settings: ClassVar[tuple[str, ...]] = ("tolerance",)
 
@@ -131,9 +135,17 @@ class Auto(CoSimulation):
             f"fidelity.tolerance={tolerance}",
             f"coupling.macro_step={float(times[1] - times[0])}",
         ]
-        scene = read(source, [*overrides, *asked])
-        fitted = fit(scene, axes=tuple(axis for axis in ladder(scene) if axis.name != "inertia" or moves(scene)))
-        self._load(applied(fitted.scene, fitted.found.choice), times)
+        self._asked, self._times, self._open = read(source, [*overrides, *asked]), times, contextlib.ExitStack()
+        self._chosen = False
+
+    def run(self, limit: float) -> None:
+        if not self._chosen:
+            axes = ladder(self._asked)
+            free = tuple(axis for axis in axes if axis.name != "inertia" or moves(self._asked))
+            found = fit(self._asked, axes=free, watch=_watch(PATIENCE * limit, "search for a level, "))
+            self._load(applied(self._asked, found.found.choice), self._times)
+            self._chosen = True
+        super().run(limit)
 
 
 class Monolith:
@@ -161,8 +173,7 @@ class Monolith:
         self._assemble()
 
     def run(self, limit: float) -> None:
-        watch = _watch(limit)
-        self._logs = monolith.logged(self.scene, self._system, self._tolerance, self._times, watch)
+        self._logs = monolith.logged(self.scene, self._system, self._tolerance, self._times, _watch(limit))
 
     def result(self) -> xr.Dataset:
         return monolith.result(self.scene, self._logs, self._tolerance)
@@ -175,7 +186,7 @@ class Monolith:
 
 
 class Reference:
-    """numpy and scipy alone. The limit is looked at afterwards."""
+    """numpy and scipy alone."""
 
     settings: ClassVar[tuple[str, ...]] = tuple(f.name for f in fields(reference.Resolution))
     work = np.nan  # right-hand sides of the moving rod, shots through the resting one
@@ -187,7 +198,7 @@ class Reference:
     def ready(self) -> None: ...
 
     def run(self, limit: float) -> None:
-        self._result = self._solve()
+        self._result = self._solve(_watch(PATIENCE * limit))
         self.work = self._result.attrs["evaluations"]
 
     def result(self) -> xr.Dataset:
@@ -209,12 +220,12 @@ def moves(scene: Scene) -> bool:
     return any(m.value("dynamic") for m in scene.members)
 
 
-def _watch(limit: float) -> Callable[[float], None]:
-    """Raises CosimError when the CPU time from now on is used up."""
+def _watch(limit: float, what: str = "") -> Callable[[float], None]:
+    """Raises LateError when the CPU time from now on is used up; inf: looks at no clock."""
     end = time.process_time() + limit
 
     def look(now: float) -> None:
         if time.process_time() > end:
-            raise CosimError(f"stopped at t = {now:.4g} s after {limit:g} s of CPU time")
+            raise LateError(f"{what}stopped at t = {now:.4g} s after {limit:g} s of CPU time")
 
-    return look
+    return look if limit < np.inf else (lambda time: None)

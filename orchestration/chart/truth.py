@@ -3,7 +3,7 @@ is the floor below which errors mean nothing."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -17,6 +17,13 @@ __all__ = ["LEVELS", "solve"]
 LEVELS = ("coarse", "fine")  # keys of [truth]
 
 
-def solve(source: str, overrides: Sequence[str], times: np.ndarray, level: Mapping[str, Any]) -> xr.Dataset:
-    """level: `set`, overrides of the scene, and `tolerance` of the integrator."""
-    return monolith.run(read(source, [*overrides, *level["set"]]), level["tolerance"], times)
+def solve(
+    source: str,
+    overrides: Sequence[str],
+    times: np.ndarray,
+    level: Mapping[str, Any],
+    progress: Callable[[float], None] | None = None,
+) -> xr.Dataset:
+    """level: `set`, overrides of the scene, and `tolerance` of the integrator. progress(share done)."""
+    told = (lambda time: progress(time / times[-1])) if progress else (lambda time: None)
+    return monolith.run(read(source, [*overrides, *level["set"]]), level["tolerance"], times, told)

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 import xarray as xr
-from rich.progress import Progress
+from rich.progress import Progress, TaskID
 from rich.table import Table
 
 from .console import extra, out, reported, written
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 __all__ = ["command"]
 
 RELEASE = "release"
+_LIMIT = "CPU time [s] after which a point has failed; of scipy, and of the search for a level, 20 times that"
 
 
 def command(
@@ -27,7 +28,7 @@ def command(
     override: Overrides = [],  # noqa: B006 (typer copies it)
     folder: Folder = Path("results"),
     repeats: Annotated[int, typer.Option(min=1, help="Rounds of all points, each point timed once in each")] = 7,
-    limit: Annotated[float, typer.Option(min=0.1, help="CPU time [s] after which a point has failed")] = 3.0,
+    limit: Annotated[float, typer.Option(min=0.1, help=_LIMIT)] = 3.0,
     panel: Annotated[list[str], typer.Option(help="Some panels only: solvers, integrators, coupling, levels")] = [],  # noqa: B006
     series: Annotated[Path | None, typer.Option(help="A file of series; default: that of the package")] = None,
     picture: Annotated[Path | None, typer.Option(help="Folder for the PNGs; default: where all else goes")] = None,
@@ -41,10 +42,10 @@ def command(
         if RELEASE in scenes:
             _release(folder, picture, repeats)
         names = [name for name in scenes if name != RELEASE]
-        file = {"file": series} if series else {}
+        file: dict[str, Any] = {"file": series} if series else {}
         with Progress(*Progress.get_default_columns(), console=out, transient=True) as bar:
             task = bar.add_task("truths", total=2 * len(names))
-            known = chart.truth(names, override, worker=worker(None, workers, lambda _: bar.advance(task)), **file)
+            known = chart.truth(names, override, **_spread(workers, bar, task), **file)
             for name, truth in zip(names, known, strict=True):
                 task = bar.add_task(truth.scene.name, total=1.0)
                 move = lambda share, task=task: bar.update(task, completed=share)  # noqa: E731
@@ -54,6 +55,13 @@ def command(
                 chart.write_csv(table, folder / f"{stem}.csv")
                 out.print(_fastest(truth.scene.name, table))
                 written(folder / f"{stem}.nc", ".csv", *_drawn(chart.picture.draw(table), folder, picture, stem))
+
+
+def _spread(workers: int | None, bar: Progress, task: TaskID) -> dict[str, Any]:
+    """Where truths are found, and who moves the bar: in this process they do as they go, else each when it is there."""
+    if workers == 0:
+        return {"progress": lambda number, share: bar.update(task, completed=number + share)}
+    return {"worker": worker(None, workers, lambda _: bar.advance(task))}
 
 
 def _drawn(figure: Figure, folder: Path, pictures: Path | None, stem: str) -> list[Path]:

@@ -85,17 +85,22 @@ class _Account:
         self.estimate = f", last estimate {estimate:.1e}"
 
 
-def fit(scene: Scene, tell: Told = lambda text: None, axes: Ladder | None = None) -> Fit:
+def fit(
+    scene: Scene,
+    tell: Told = lambda text: None,
+    axes: Ladder | None = None,
+    watch: Callable[[float], None] = lambda time: None,
+) -> Fit:
     """For the quantities and the tolerance that the scene asks for. axes: those of ladder(scene) that are free, all
-    unless given; on the others the scene's own models stay. Raises CosimError where no level meets the tolerance,
-    SceneError where nothing is asked for."""
+    unless given; on the others the scene's own models stay. watch hears of the time of every macro step of every run.
+    Raises CosimError where no level meets the tolerance, SceneError where nothing is asked for."""
     begin = time.thread_time()
     axes = ladder(scene) if axes is None else axes
     screened, tolerance = numbers(scene), scene.asked.tolerance
     stop, macro = scene.stop_time, scene.coupling.macro_step
     window = min(stop, max(1.0, round(SEEN * stop / macro)) * macro)
     said = _Account(tell, axes)
-    with contextlib.closing(Runs(scene, said.begun)) as runs:
+    with contextlib.closing(Runs(scene, said.begun, watch)) as runs:
         choice = climb(runs, axes, propose(axes, screened, tolerance), tolerance, window, said.tried)
         choice = climb(runs, axes, choice, tolerance, stop, said.tried)  # ends at once where the rest is as the window
         found = descend(runs, axes, choice, tolerance, stop, said.tried)

@@ -25,10 +25,11 @@ _SAME = 1e-9  # share of a time within which two are the same
 
 
 class Run:
-    """cost: CPU time after loading [s]."""
+    """cost: CPU time after loading [s]. watch: told the time [s] of every macro step."""
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, scene: Scene, watch: Callable[[float], None] = lambda time: None) -> None:
         self.scene = scene
+        self._watch = watch
         self.cost = 0.0
         self._logs: list[StepLog] = []
         self._steps: Iterator[StepLog] | None = None
@@ -80,7 +81,7 @@ class Run:
     def _go(self, stop: float, limit: float) -> bool:
         if self._steps is None:
             ready = self._open.enter_context(prepared(self.scene))
-            self._first, self._steps = ready.master.observe(), ready.steps()
+            self._first, self._steps = ready.master.observe(), ready.steps(self._watch)
         before, begin = self.cost, time.thread_time()
         for log in self._steps:
             self._logs.append(log)
@@ -95,13 +96,18 @@ class Run:
 
 
 class Runs:
-    """hear: told of every choice before it is run. made: how many were."""
+    """hear: told of every choice before it is run; watch: see Run. made: how many were."""
 
-    def __init__(self, scene: Scene, hear: Callable[[Choice], None] = lambda choice: None) -> None:
+    def __init__(
+        self,
+        scene: Scene,
+        hear: Callable[[Choice], None] = lambda choice: None,
+        watch: Callable[[float], None] = lambda time: None,
+    ) -> None:
         self.scene = scene
         self.asked = quantities(scene)
         self.made = 0
-        self._hear = hear
+        self._hear, self._watch = hear, watch
         self._known: dict[tuple[tuple[str, int], ...], Run] = {}
 
     def __call__(self, choice: Choice, stop: float) -> Run:
@@ -110,7 +116,7 @@ class Runs:
         if key not in self._known:
             self._hear(choice)
             self.made += 1
-            self._known[key] = Run(applied(self.scene, choice))
+            self._known[key] = Run(applied(self.scene, choice), self._watch)
         self._known[key].reach(stop)
         return self._known[key]
 

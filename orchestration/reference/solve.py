@@ -7,8 +7,10 @@ import json
 import platform
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
+from functools import partial
 from importlib.metadata import version
 from itertools import pairwise
+from typing import TypeVar
 
 import numpy as np
 import xarray as xr
@@ -30,7 +32,9 @@ _SETTLED = 1e-8  # share of the length; at least
 _SHARE = 1e-2  # of the tolerance of the equilibria, likewise
 _BATCH = 400  # equilibria found at once: what fits into a cache
 
+T = TypeVar("T")
 Course = Callable[[float, float, float], np.ndarray]  # (t, a, b) as Inputs
+Watch = Callable[[float], None]  # hears what time a solution is at [s], again and again; what it raises ends it
 
 
 @dataclass(frozen=True)
@@ -55,13 +59,14 @@ def run(scene: Scene, resolution: Resolution | None = None, times: np.ndarray | 
     tip.euler; attribute evaluations: states of the rod at which its equations were evaluated, or shots through it.
     times [s]: of the output, from 0; where not given, the macro steps of a fixed control. Raises SceneError
     for what is not covered, SubsystemError where a solution is not found."""
-    return prepared(scene, resolution, times)()
+    return prepared(scene, resolution, times)(lambda time: None)
 
 
 def prepared(
     scene: Scene, resolution: Resolution | None = None, times: np.ndarray | None = None
-) -> Callable[[], xr.Dataset]:
-    """run() with the scene checked, the mesh made and its matrices assembled; to be called as often as wanted."""
+) -> Callable[[Watch], xr.Dataset]:
+    """run() with the scene checked, the mesh made and its matrices assembled; to be called as often as wanted, with
+    what hears of the time."""
     resolution = resolution or Resolution()
     thermal, rod = scene.model("thermal"), scene.model("rod")
     _check(scene, thermal, rod)
@@ -75,20 +80,24 @@ def prepared(
         volts, ambient = Inputs.of(thermal, "V"), Inputs.of(thermal, "T_ambient")
         warm = lambda t, a, b: float(ambient(t, a, b)[0])  # noqa: E731
 
-    def passed(shift: Callable[[float], np.ndarray | float]) -> tuple[HeatCourse | None, dict[str, np.ndarray]]:
+    def passed(
+        watch: Watch, shift: Callable[[float], np.ndarray | float]
+    ) -> tuple[HeatCourse | None, dict[str, np.ndarray]]:
         """Heat first, then the rod."""
-        course = heat(data, volts, warm, pieces, 0.0, resolution.heat_step, matrices, shift) if thermal else None
+        course = None
+        if thermal:
+            course = heat(data, _told(volts, watch), warm, pieces, 0.0, resolution.heat_step, matrices, shift)
         if not rod:
             return course, {}
         loads = _loads(scene, rod, thermal, course)
         move = _moving if rod.value("dynamic") else _resting
-        return course, move(rod_data(rod), loads, pieces, bool(rod.value("start_at_equilibrium")), resolution)
+        return course, move(rod_data(rod), loads, pieces, bool(rod.value("start_at_equilibrium")), resolution, watch)
 
-    def solve() -> xr.Dataset:
+    def solve(watch: Watch) -> xr.Dataset:
         dataset = xr.Dataset(coords={"time": ("time", marks[keep], {"units": "s", "long_name": "time"})})
-        course, moved = passed(lambda t: 0.0)
+        course, moved = passed(watch, lambda t: 0.0)
         if thermal and rod and thermal.value("tca.beta"):
-            course, moved = _fed_back(scene, thermal, rod, pieces, passed, moved, resolution)
+            course, moved = _fed_back(scene, thermal, rod, pieces, partial(passed, watch), moved, resolution)
         if thermal and course:
             heated = {"T": course.T, "P": course.P, "E_stored": course.stored, "Q_loss": course.loss}
             _add(dataset, thermal, {name: values[keep] for name, values in heated.items()})
@@ -186,17 +195,28 @@ def _loads(scene: Scene, rod: Member, thermal: Member | None, course: HeatCourse
     return loads
 
 
+def _told(course: Callable[..., T], watch: Watch) -> Callable[[float, float, float], T]:
+    """Every look at what drives a solution is heard of."""
+
+    def look(t: float, a: float, b: float) -> T:
+        watch(t)
+        return course(t, a, b)
+
+    return look
+
+
 def _resting(
-    data: RodData, loads: Callable[..., Loads], pieces: list[np.ndarray], _: bool, resolution: Resolution
+    data: RodData, loads: Callable[..., Loads], pieces: list[np.ndarray], _: bool, resolution: Resolution, watch: Watch
 ) -> dict[str, np.ndarray]:
     """Equilibria; where a load jumps, the one before."""
     asked = [loads(pieces[0][0], pieces[0][0], pieces[0][-1])]
     asked += [loads(t, piece[0], piece[-1]) for piece in pieces for t in piece[1:]]
+    times = np.concatenate([pieces[0][:1], *(piece[1:] for piece in pieces)])
     found = []
     for k in range(0, len(asked), _BATCH):
         columns = [vars(load).values() for load in asked[k : k + _BATCH]]
         batch = Loads(*(np.stack(rows, axis=-1) for rows in zip(*columns, strict=True)))
-        found.append(equilibrium(data, batch, rtol=resolution.shooting))
+        found.append(equilibrium(data, batch, rtol=resolution.shooting, watch=partial(watch, float(times[k]))))
     R = np.concatenate([e.R[:, :, -1].transpose(2, 0, 1) for e in found])
     return {
         "delta": np.concatenate([e.delta.T for e in found]),
@@ -208,8 +228,14 @@ def _resting(
 
 
 def _moving(
-    data: RodData, loads: Callable[..., Loads], pieces: list[np.ndarray], at_equilibrium: bool, resolution: Resolution
+    data: RodData,
+    loads: Callable[..., Loads],
+    pieces: list[np.ndarray],
+    at_equilibrium: bool,
+    resolution: Resolution,
+    watch: Watch,
 ) -> dict[str, np.ndarray]:
+    loads = _told(loads, watch)
     mover = Mover(data, resolution.elements, resolution.degree)
     first = loads(pieces[0][0], pieces[0][0], pieces[0][-1])
     unloaded = Loads(np.full(len(data.azimuth), data.T_0), *np.zeros((3, 3)))

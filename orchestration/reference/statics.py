@@ -8,6 +8,7 @@ Lengths are divided by L, forces by EI/L^2. Many equilibria are found at once; e
 from __future__ import annotations
 
 import itertools
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -39,11 +40,17 @@ class Equilibrium:
     evaluations: int  # shots through the rod, one equilibrium's each
 
 
-def equilibrium(data: RodData, loads: Loads, places: np.ndarray | None = None, rtol: float = 1e-9) -> Equilibrium:
-    """loads with a last axis of B; the loads are put on in shares, ever smaller while Newton's method fails. Raises
-    SubsystemError where it fails still."""
+def equilibrium(
+    data: RodData,
+    loads: Loads,
+    places: np.ndarray | None = None,
+    rtol: float = 1e-9,
+    watch: Callable[[], None] = lambda: None,
+) -> Equilibrium:
+    """loads with a last axis of B; the loads are put on in shares, ever smaller while Newton's method fails. watch is
+    called at every shot. Raises SubsystemError where it fails still."""
     loads = Loads(*(np.atleast_2d(np.asarray(x, dtype=float).T).T for x in vars(loads).values()))
-    shoot = _Shooting(data, loads, rtol)
+    shoot = _Shooting(data, loads, rtol, watch)
     for shares in (1, 2, 4, 8, 16, 32, 64):
         z = np.zeros((6 + len(data.azimuth), loads.T.shape[1]))
         for share in np.arange(1, shares + 1) / shares:
@@ -78,8 +85,8 @@ class _WildError(Exception):
 
 
 class _Shooting:
-    def __init__(self, data: RodData, loads: Loads, rtol: float) -> None:
-        self._data, self._loads, self._rtol = data, loads, rtol
+    def __init__(self, data: RodData, loads: Loads, rtol: float, watch: Callable[[], None]) -> None:
+        self._data, self._loads, self._rtol, self._watch = data, loads, rtol, watch
         self.tolerance = max(_TOLERANCE, _SHARE * rtol)
         self._shots = 0
         self._force = data.stiffness[0] / data.length**2  # unit of force
@@ -88,6 +95,7 @@ class _Shooting:
     def residual(self, z: np.ndarray, share: float) -> np.ndarray:
         """z (6 + N, M): scaled wrench at the clamp and tensions; M is a multiple of the number of loads, whose index
         runs fastest. (6 + N, M)"""
+        self._watch()
         self._shots += z.shape[1]
         data, repeat = self._data, z.shape[1] // self._loads.T.shape[1]
         force, moment = (np.tile(share * x, repeat) for x in (self._loads.force, self._loads.moment))
