@@ -1,4 +1,4 @@
-"""No more model than a scene needs, its parts: screens against closed forms, the climb on errors that are known, runs."""
+"""No more model than a scene needs, its parts: screens against closed forms, the climb on known errors, runs."""
 
 from __future__ import annotations
 
