@@ -18,8 +18,7 @@ from orchestration.cli import app, console
 from orchestration.fidelity.climb import SHARE
 from orchestration.fidelity.study import Judge, candidates
 
-# -- scenes
-# -------------------------------------------------------------------------------------------------------------------
+# -- scenes ------------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("scene", ["step", "switch", "sine"])
@@ -103,8 +102,7 @@ def test_what_is_dearer_than_all_choices_is_not_studied() -> None:
     assert judge.level({**finer, "strains": 2}).cost < math.inf
 
 
-# -- commands and mistakes
-# -------------------------------------------------------------------------------------------------------------------
+# -- commands and mistakes ---------------------------------------------------------------------------------------------
 
 
 def test_commands(tmp_path: Path) -> None:

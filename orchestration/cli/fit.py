@@ -36,8 +36,8 @@ def command(
 ) -> None:
     """Chooses models no larger than a scene needs for what it asks, and says why; writes NAME.fit.nc, with several
     tolerances NAME.fit.TOLERANCE.nc."""
-    extras = ["true error"] * (audit or study) + ["cheapest [s]", "ratio"] * study
-    table = Table("scene", "tolerance", "estimate", "run [s]", "search [s]", *extras)
+    extras = ["true error"] * (audit or study) + ["least\n[s]", "ratio"] * study
+    table = Table("scene", "asked", "estimate", "run\n[s]", "search\n[s]", *extras)  # 80 columns hold all
     asked = [f"fidelity.quantities={list(quantities)!r}"] if quantities else []
     wanted = [[f"fidelity.tolerance={tolerance}"] for tolerance in tolerances] or [[]]
     with reported():
@@ -68,6 +68,6 @@ def _rows(scenes: list[Scene], audit: bool, study: bool, folder: Path) -> Iterat
         explain(found.record(true))
         written(path)
         cost = (judgement.chosen if judgement else found.run).cost
-        row = [found.scene.name, f"{asked:g}", f"{found.found.estimate:.2e}", f"{cost:.3f}", f"{found.search:.2f}"]
+        row = [found.scene.name, f"{asked:g}", f"{found.found.estimate:.2e}", f"{cost:.2g}", f"{found.search:.2g}"]
         row += [] if true is None else [f"{true:.2e}"]
-        yield row + ([f"{judgement.best.cost:.3f}", f"{judgement.ratio:.2f}"] if judgement else [])
+        yield row + ([f"{judgement.best.cost:.2g}", f"{judgement.ratio:.2f}"] if judgement else [])
