@@ -24,8 +24,7 @@ from orchestration.fidelity.symmetry import plane
 from orchestration.fidelity.truth import truth
 from orchestration.signals import Constant, Impulse, Ramps, Sine, Steps
 
-# -- screens
-# -------------------------------------------------------------------------------------------------------------------
+# -- screens -----------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("periods", [0.3, 1.0, 1.7, 4.25])
@@ -131,8 +130,7 @@ def test_planes_that_everything_mirrors_in(scene: str, overrides: list[str], deg
     assert found is None if degrees is None else math.degrees(found) == pytest.approx(degrees)
 
 
-# -- ladder and measure
-# -------------------------------------------------------------------------------------------------------------------
+# -- ladder and measure ------------------------------------------------------------------------------------------------
 
 
 def test_every_rung_is_what_the_fmus_allow() -> None:
@@ -179,8 +177,7 @@ def test_errors_are_shares_of_the_range() -> None:
     assert quantities(read("step")) == least(pytest.approx(1e-5))
 
 
-# -- climb
-# -------------------------------------------------------------------------------------------------------------------
+# -- climb -------------------------------------------------------------------------------------------------------------
 
 AXES = tuple(Axis(name, "model", None, ({},) * 9) for name in ("heat", "inertia", "order"))
 
@@ -272,8 +269,7 @@ def test_what_errors_are_measured_against() -> None:
     assert truth(runs, axes, [low], 1e-9) == {"order": 7, "step": 9, "macro": 3}
 
 
-# -- runs
-# -------------------------------------------------------------------------------------------------------------------
+# -- runs --------------------------------------------------------------------------------------------------------------
 
 
 def test_a_run_goes_on_where_it_was() -> None:
