@@ -12,6 +12,7 @@ from .stepping import Control
 __all__ = ["drive"]
 
 SLIVER = 1e-9  # share of a step below which two times are the same
+SHORTER = 0.9  # share of a step that failed from which on a try again would be much the same, without end
 
 
 def drive(
@@ -56,6 +57,6 @@ def drive(
 
 
 def _shorter(time: float, length: float, reached: float | None, least: float) -> float:
-    """As far as a subsystem came, if that is worth a step, else half."""
+    """As far as a subsystem came, if that is worth a step and short enough to be another one, else half."""
     came = 0.0 if reached is None else reached - time
-    return came if least <= came < length else 0.5 * length
+    return came if least <= came <= SHORTER * length else 0.5 * length

@@ -163,6 +163,14 @@ def test_a_step_too_long_for_a_subsystem_is_tried_shorter(partial: bool) -> None
     )
 
 
+def test_a_step_that_all_but_succeeds_is_not_tried_again_without_end() -> None:
+    """What a subsystem reached is then the same step again, but for rounding."""
+    systems = [Wrapped(system, longest=0.1 * (1.0 - 1e-14), partial=True) for system in dahlquist()[0]]
+    _, log = couple(systems, dahlquist()[1], 0.5, 0.1, waveform="hermite", tolerance=1e-10)
+    assert log[-1].time == 0.5
+    assert systems[0].tries < 20 * len(log)
+
+
 def test_a_subsystem_that_always_refuses_ends_the_run_with_its_words() -> None:
     systems = [Wrapped(system) for system in dahlquist()[0]]
     systems[0].longest = 0.0
