@@ -4,6 +4,7 @@ per panel. The best are at the lower left."""
 from __future__ import annotations
 
 import json
+import textwrap
 from typing import Any
 
 import numpy as np
@@ -46,9 +47,15 @@ def draw(dataset: xr.Dataset) -> Figure:
         column[1].set_xlabel("error [1]")
     axes[0, 0].set_ylabel("CPU time of a warm run [s]")
     axes[1, 0].set_ylabel("evaluations of the rod's equations [1]\n(scipy: right-hand sides or shots)")
-    figure.supxlabel(_below(dataset), fontsize=9)
-    figure.suptitle(dataset.attrs["title"], fontsize=13)
+    width = figure.get_figwidth()
+    figure.supxlabel(_wrapped(_below(dataset), 10.5 * width), fontsize=9)
+    figure.suptitle(_wrapped(dataset.attrs["title"], 8.5 * width), fontsize=13)
     return figure
+
+
+def _wrapped(text: str, characters: float) -> str:
+    """Lines no longer than a narrow figure, which one panel makes."""
+    return "\n".join(textwrap.fill(line, int(characters)) for line in text.splitlines())
 
 
 def _limits(dataset: xr.Dataset, axes: Axes) -> float:

@@ -11,10 +11,12 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
 from importlib import import_module, metadata
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
 from ..archive import Archive, find_fmu
@@ -26,8 +28,8 @@ __all__ = ["CODES", "OURS", "Row", "compare", "rate", "show", "summary", "write"
 CODES = {"ours": "tca-cosim", "elastica": "pyelastica", "exudyn": "exudyn"}  # module here: distribution
 OURS = "rod.fmu"
 _CAPTION = """Error of the tip at 0.1 s, and the largest at 0.05, 0.1, 0.2, 0.5 and 1 s. Ratio: CPU time to that of the
-fastest rod.fmu row with no larger error at 0.1 s; (10 ms): with outputs every 10 ms; (largest): with no larger largest
-error; (spatial): to rows in space alone. inf: unstable; -: unknown, or none of ours is as good."""
+fastest rod.fmu row with no larger error at 0.1 s; 10 ms: with outputs every 10 ms; largest: with no larger largest
+error; spatial: to rows in space alone. inf: unstable; -: unknown, or none of ours is as good."""
 
 
 @dataclass(frozen=True)
@@ -102,14 +104,22 @@ def summary(rows: Sequence[Row]) -> list[str]:
 
 
 def show(rows: Sequence[Row]) -> Table:
-    heads = "code damping setting CPU[s/s] x_real_time error[um] largest[um] ratio (10_ms) (largest) (spatial)"
-    table = Table(*(head.replace("_", " ").replace("[", " \\[") for head in heads.split()), caption=_CAPTION)
-    for r in rows:
-        numbers = (f"{r.cpu:.5f}", f"{r.times_real_time:.0f}", f"{r.error:.3g}", f"{r.largest_error:.3g}")
-        ratios = (f"{ratio:.2f}" for ratio in (r.ratio, r.ratio_every_10_ms, r.ratio_largest, r.ratio_spatial))
-        cells = (r.code, "5 ms" if r.damped else "none", r.setting, *numbers, *ratios)
-        table.add_row(*("-" if cell == "nan" else cell for cell in cells))
+    """A section for every code with and without damping; 80 columns hold it."""
+    heads = ("CPU\n[ms/s]", "error\n[um]", "largest\n[um]", "\nratio", "\n10 ms", "\nlargest", "\nspatial")
+    table = Table("\nsetting", caption=_CAPTION, caption_justify="left", box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
+    for head in heads:
+        table.add_column(head, no_wrap=True)
+    for (code, damped), alike in groupby(rows, lambda r: (r.code, r.damped)):
+        table.add_row(f"{code}, {'damped' if damped else 'undamped'}", style="bold")
+        for r in alike:
+            ratios = (r.ratio, r.ratio_every_10_ms, r.ratio_largest, r.ratio_spatial)
+            table.add_row(r.setting, *map(_short, (1e3 * r.cpu, r.error, r.largest_error, *ratios)))
+        table.add_section()
     return table
+
+
+def _short(number: float) -> str:
+    return "-" if math.isnan(number) else f"{number:.3g}" if not 1e3 <= number < math.inf else f"{number:.0f}"
 
 
 def write(rows: Sequence[Row], notes: Sequence[str], path: Path) -> None:
