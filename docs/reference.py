@@ -13,11 +13,13 @@ from pathlib import Path
 from typing import Any
 
 import typer
-
-from orchestration import check, scene, signals, sweep
-from orchestration.archive import Archive, Variable, find_fmu
-from orchestration.cli import app
-from orchestration.settings import declared
+from tca_cosim import scene
+from tca_cosim.cli import app
+from tca_cosim.cosim import signals
+from tca_cosim.fmi.archive import Archive, Variable, find_fmu
+from tca_cosim.scene import validation
+from tca_cosim.scene.schema import declared
+from tca_cosim.studies import sweep
 
 __all__ = ["FILE", "folded", "text"]
 
@@ -103,11 +105,11 @@ def _settings(kind: type) -> str:
 
 def _signals() -> str:
     rows = []
-    for name in check.SIGNALS:
+    for name in validation.SIGNALS:
         described = getattr(signals, name, None) or getattr(signals, name.capitalize())
         entries = [
             entry if default is None else f"{entry} ({default:g})"
-            for entry, (_, default) in check.SHAPES.get(name, {}).items()
+            for entry, (_, default) in validation.SHAPES.get(name, {}).items()
         ]
         rows.append((f"`{name}`", ", ".join(entries) or "list of [time, value]", described.__doc__))
     return _table(("signal", "entries (default)", "course"), rows)

@@ -1,6 +1,6 @@
 """Co-simulation of soft manipulators driven by twisted-and-coiled actuators: scenes, a master with rollback, results.
 
-    import orchestration as tca
+    import tca_cosim as tca
     result = tca.run("step", {"rod.order": 2})    # an xarray Dataset
     result.tca.plot()                             # also .animate() and .report(path)
     tca.write(result, Path("step.nc"))
@@ -8,11 +8,11 @@
 Flow: scene -> master -> subsystems -> results -> charts; nothing later in it is imported by anything earlier.
 """
 
-from .accessor import Film, Looks
 from .api import Overrides, read, run
 from .errors import CosimError, CouplingError, SceneError, SubsystemError
-from .results import write
+from .results.dataset import write
 from .scene import Coupling, Scene, titles
+from .visualization.accessor import Film, Looks
 
 __all__ = [
     "CosimError",

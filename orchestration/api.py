@@ -11,8 +11,8 @@ import xarray as xr
 
 from . import scene as scenes
 from .errors import SceneError
-from .fidelity import run as run_scene
 from .scene import Scene
+from .studies.model_selection import run as run_scene
 
 __all__ = ["Overrides", "read", "run"]
 

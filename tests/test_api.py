@@ -8,9 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import tca_cosim as tca
 import xarray as xr
-
-import orchestration as tca
 
 SHORT = {"stop_time": "1 s"}
 
@@ -85,8 +84,8 @@ def test_results_draw_themselves(result: xr.Dataset, tmp_path: Path) -> None:
 
 
 def test_reports_need_their_extra(result: xr.Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "orchestration.report.page", None)
-    monkeypatch.delattr("orchestration.report.page", raising=False)
+    monkeypatch.setitem(sys.modules, "tca_cosim.visualization.report.page", None)
+    monkeypatch.delattr("tca_cosim.visualization.report.page", raising=False)
     with pytest.raises(tca.CosimError, match=r"tca-cosim\[report\]"):
         result.tca.report(tmp_path / "a.html")
 
@@ -96,7 +95,7 @@ def test_the_package_is_typed(tmp_path: Path) -> None:
         "from pathlib import Path\n"
         "import xarray as xr\n"
         "from typing_extensions import assert_type\n"
-        "import orchestration as tca\n"
+        "import tca_cosim as tca\n"
         "scene = tca.read('step', {'rod.order': 2})\n"
         "assert_type(scene, tca.Scene)\n"
         "assert_type(scene.coupling.macro_step, float)\n"

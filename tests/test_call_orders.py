@@ -8,9 +8,8 @@ from contextlib import contextmanager
 
 import numpy as np
 import pytest
+import tca_cosim as tca
 from fmu_host import ROOT, SUBJECTS, FMU2Host, Subject
-
-import orchestration as tca
 
 EACH = pytest.mark.parametrize("subject", SUBJECTS, ids=lambda subject: subject.name)
 VOLTS = {"V[1]": 0.0, "V[2]": 1.5, "V[3]": 3.0}

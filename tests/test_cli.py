@@ -11,16 +11,15 @@ from pathlib import Path
 import pytest
 import xarray as xr
 from rich.table import Table
-
-from orchestration import results
-from orchestration.cli import console
+from tca_cosim import results
+from tca_cosim.cli import console
 
 ROOT = Path(__file__).parent.parent
 
 
 def tca(*arguments: str, folder: Path) -> subprocess.CompletedProcess[str]:
     environment = {**os.environ, "PYTHONPATH": str(ROOT), "COLUMNS": "300"}
-    command = [sys.executable, "-c", "from orchestration.cli import app; app()", *arguments]
+    command = [sys.executable, "-c", "from tca_cosim.cli import app; app()", *arguments]
     return subprocess.run(
         command, cwd=folder, env=environment, capture_output=True, text=True, timeout=300, check=False
     )

@@ -10,11 +10,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import tca_cosim as tca
 from pythonfmu import FmuBuilder
-
-import orchestration as tca
-from orchestration.peers import cofmupy
-from orchestration.peers.cofmupy import HERE, LOOP, OURS, THEIRS, Row, job, ours, parse, rate, show
+from tca_cosim.benchmarks.peers import cofmupy
+from tca_cosim.benchmarks.peers.cofmupy import HERE, LOOP, OURS, THEIRS, Row, job, ours, parse, rate, show
 
 DELTA = [("rod", f"delta[{k}]") for k in (1, 2, 3)]
 
@@ -111,4 +110,4 @@ def test_their_side_stands_alone() -> None:
         tree = ast.parse((HERE / name).read_text())
         found = [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)]
         assert found
-        assert all(node.level == 0 and not node.module.startswith("orchestration") for node in found)
+        assert all(node.level == 0 and not node.module.startswith("tca_cosim") for node in found)

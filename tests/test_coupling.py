@@ -6,12 +6,19 @@ import math
 
 import numpy as np
 import pytest
-
-from orchestration import CouplingError
-from orchestration.iteration.relaxed import Relaxed
-from orchestration.linear import Linear
-from orchestration.stability.systems import Implicit, actuated, connected, couple, dahlquist, step_radius, two_masses
-from orchestration.stability.verdict import spectral_growth
+from tca_cosim import CouplingError
+from tca_cosim.cosim.acceleration.relaxation import Relaxed
+from tca_cosim.cosim.linear_subsystem import Linear
+from tca_cosim.studies.stability.model_problems import (
+    Implicit,
+    actuated,
+    connected,
+    couple,
+    dahlquist,
+    step_radius,
+    two_masses,
+)
+from tca_cosim.studies.stability.verdict import spectral_growth
 
 # -- split Dahlquist: x' = -x + u, u = -4 x
 # -------------------------------------------------------------------------------

@@ -11,11 +11,11 @@ from pathlib import Path
 
 import pytest
 import typer
-
-from orchestration import scene, sweep
-from orchestration.archive import Archive, find_fmu
-from orchestration.cli import app
-from orchestration.settings import declared
+from tca_cosim import scene
+from tca_cosim.cli import app
+from tca_cosim.fmi.archive import Archive, find_fmu
+from tca_cosim.scene.schema import declared
+from tca_cosim.studies import sweep
 
 spec = importlib.util.spec_from_file_location("reference", Path(__file__).parent.parent / "docs" / "reference.py")
 reference = importlib.util.module_from_spec(spec)

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-
-import orchestration as tca
+import tca_cosim as tca
 
 
 def test_plain_iteration_diverges_and_names_the_gain() -> None:

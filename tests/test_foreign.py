@@ -16,10 +16,9 @@ import numpy as np
 import pytest
 import pythonfmu
 import pythonfmu3
-
-import orchestration as tca
-from orchestration.archive import Archive
-from orchestration.slave import Slave
+import tca_cosim as tca
+from tca_cosim.fmi.archive import Archive
+from tca_cosim.fmi.slave import Slave
 
 ROOT = Path(__file__).parents[1]
 SOURCES = ROOT / "tests" / "data" / "foreign"
@@ -65,9 +64,9 @@ g = -3.0
 EXIT = """
 import sys
 from pathlib import Path
-import orchestration as tca
-from orchestration.archive import Archive, find_fmu
-from orchestration.slave import Slave
+import tca_cosim as tca
+from tca_cosim.fmi.archive import Archive, find_fmu
+from tca_cosim.fmi.slave import Slave
 
 closed, broken, refused = (Archive(Path(sys.argv[1])) for _ in range(3))
 Slave(closed, "closed", {}, ["u"], ["y"]).close()

@@ -12,12 +12,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import tca_cosim as tca
 from fmpy import read_model_description
 from fmu_host import ROOT
-
-import orchestration as tca
-from orchestration import ssp
-from orchestration.peers import cofmupy
+from tca_cosim.benchmarks.peers import cofmupy
+from tca_cosim.scene import ssp_writer
 
 HOSTS = ROOT / "tests" / "hosts"
 INSTALLED = ROOT / "build" / "hosts"
@@ -43,7 +42,7 @@ def installed() -> Path:
 @pytest.fixture(scope="module")
 def archive(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("ssp") / "scene.ssp"
-    ssp.write(path)
+    ssp_writer.write(path)
     return path
 
 

@@ -6,13 +6,12 @@ import math
 
 import numpy as np
 import pytest
-
-from orchestration import CouplingError, SubsystemError
-from orchestration.linear import Linear
-from orchestration.signals import Impulse, Ramps, Sine, Steps
-from orchestration.stability.systems import couple, dahlquist, linear, wires
-from orchestration.stepping import Doubling, Embedded
-from orchestration.wiring import loops
+from tca_cosim import CouplingError, SubsystemError
+from tca_cosim.cosim.linear_subsystem import Linear
+from tca_cosim.cosim.signals import Impulse, Ramps, Sine, Steps
+from tca_cosim.cosim.step_control import Doubling, Embedded
+from tca_cosim.cosim.topology import loops
+from tca_cosim.studies.stability.model_problems import couple, dahlquist, linear, wires
 
 
 class Wrapped:

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tca_cosim import SceneError, SubsystemError, read, run
+from tca_cosim.verification import monolith
 from test_cli import tca
-
-from orchestration import SceneError, SubsystemError, monolith, read, run
 
 # A damped rod whose TCAs are heated smoothly; tolerances below what the coupling is asked for.
 DAMPED = (

@@ -7,11 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import tca_cosim as tca
 import xarray as xr
-
-import orchestration as tca
-from orchestration import paper
-from orchestration.paper import figure
+from tca_cosim.verification import paper
+from tca_cosim.verification.paper import figure
 
 
 @pytest.fixture(scope="module")

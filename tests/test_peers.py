@@ -10,11 +10,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
-from orchestration.archive import Archive, find_fmu
-from orchestration.peers import compare, ours, write
-from orchestration.peers.release import Release
-from orchestration.peers.table import OURS, Row, rate, summary
+from tca_cosim.benchmarks.peers import compare, ours, write
+from tca_cosim.benchmarks.peers.release import Release
+from tca_cosim.benchmarks.peers.table import OURS, Row, rate, summary
+from tca_cosim.fmi.archive import Archive, find_fmu
 
 
 def row(
@@ -70,7 +69,7 @@ def test_a_code_that_is_missing_is_named_with_the_remedy_and_the_rest_runs(
 ) -> None:
     for name in ("elastica", "exudyn"):
         monkeypatch.setitem(sys.modules, name, None)
-        monkeypatch.delitem(sys.modules, f"orchestration.peers.{name}", raising=False)
+        monkeypatch.delitem(sys.modules, f"tca_cosim.benchmarks.peers.{name}", raising=False)
     rows, notes = compare(repeats=1)
     assert {r.code for r in rows} == {OURS}
     for package in ("pyelastica", "exudyn"):

@@ -12,9 +12,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import tca_cosim as tca
 from fmu_host import ROOT
-
-import orchestration as tca
 
 BUILD = ROOT / "build"
 NAMES = ("thermal", "rod")
@@ -107,10 +106,10 @@ def test_the_wheel_runs_where_there_is_no_compiler(tmp_path: Path):
     [packages] = (tmp_path / "venv").glob("lib/python*/site-packages")
     (packages / "lent.pth").write_text("\n".join(path for path in sys.path if path.endswith("site-packages")))
     alone = {"PATH": str(tmp_path / "venv/bin"), "HOME": str(tmp_path), "LANG": "C.UTF-8"}
-    found = output_of(python, "-c", "import orchestration; print(orchestration.__file__)", cwd=tmp_path, env=alone)
+    found = output_of(python, "-c", "import tca_cosim; print(tca_cosim.__file__)", cwd=tmp_path, env=alone)
     assert found.startswith(str(packages))
     run = [tmp_path / "venv/bin/tca-cosim", "run", "step", "--set", "stop_time=1 s"]
     output_of(*run, cwd=tmp_path, env=alone)
     for name in NAMES:
-        with zipfile.ZipFile(packages / f"orchestration/_fmus/{name}.fmu") as fmu:
+        with zipfile.ZipFile(packages / f"tca_cosim/_fmus/{name}.fmu") as fmu:
             assert {f"binaries/linux64/{name}.so", f"binaries/win64/{name}.dll"} <= set(fmu.namelist())

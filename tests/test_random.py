@@ -14,10 +14,9 @@ from functools import cache
 
 import numpy as np
 import pytest
-
-import orchestration as tca
-from orchestration.exchange import METHODS as EXCHANGES
-from orchestration.iteration import METHODS as ITERATIONS
+import tca_cosim as tca
+from tca_cosim.cosim.acceleration import METHODS as ITERATIONS
+from tca_cosim.cosim.extrapolation import METHODS as EXCHANGES
 
 SCENES = 500
 HANG = 300.0  # [s] after which a scene that takes a second is taken for one that hangs

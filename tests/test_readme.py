@@ -23,7 +23,7 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("readme")
     command = folder / "bin" / "tca-cosim"
     command.parent.mkdir()
-    command.write_text(f"#!{sys.executable}\nfrom orchestration.cli import app\n\napp()\n")
+    command.write_text(f"#!{sys.executable}\nfrom tca_cosim.cli import app\n\napp()\n")
     command.chmod(0o755)
     run("tca-cosim export .", folder)
     return folder

@@ -8,16 +8,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import tca_cosim as tca
 from scipy.spatial.transform import Rotation
-
-import orchestration as tca
-from orchestration import reference, results
-from orchestration.reference.dynamics import Mover
-from orchestration.reference.heat import HeatData, heat
-from orchestration.reference.radau import NODES, LinearRadau
-from orchestration.reference.rod import Loads, RodData, WireLaw
-from orchestration.reference.section import Section, triangulate
-from orchestration.reference.statics import equilibrium
+from tca_cosim import results
+from tca_cosim.verification import reference
+from tca_cosim.verification.reference.dynamics import Mover
+from tca_cosim.verification.reference.heat import HeatData, heat
+from tca_cosim.verification.reference.radau import NODES, LinearRadau
+from tca_cosim.verification.reference.rod import Loads, RodData, WireLaw
+from tca_cosim.verification.reference.section import Section, triangulate
+from tca_cosim.verification.reference.statics import equilibrium
 
 DATA = Path(__file__).parent / "data"
 COLD = 298.15  # K

@@ -12,18 +12,18 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import tca_cosim as tca
 import xarray as xr
 from PIL import Image
 from playwright.sync_api import Browser, Page, sync_playwright
+from tca_cosim.cli import app
+from tca_cosim.visualization import animation
+from tca_cosim.visualization.charts import charts
+from tca_cosim.visualization.geometry import disc, frames, tube
+from tca_cosim.visualization.manipulator import STATIONS, manipulator, moments
+from tca_cosim.visualization.report import page
+from tca_cosim.visualization.report.field import Field, field
 from typer.testing import CliRunner
-
-import orchestration as tca
-from orchestration.cli import app
-from orchestration.report import animation, page
-from orchestration.report.charts import charts
-from orchestration.report.field import Field, field
-from orchestration.report.geometry import disc, frames, tube
-from orchestration.report.manipulator import STATIONS, manipulator, moments
 
 FLAGS = [  # a browser that stays by itself, and draws WebGL without a graphics card
     "--no-sandbox",

@@ -8,10 +8,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import tca_cosim as tca
 import xarray as xr
-
-import orchestration as tca
-from orchestration import results
+from tca_cosim import results
 
 
 @pytest.fixture(scope="module")

@@ -5,10 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-
-import orchestration as tca
-from orchestration import scene as scenes
-from orchestration.signals import Constant, Impulse, Ramps, Sine, Steps
+import tca_cosim as tca
+from tca_cosim import scene as scenes
+from tca_cosim.cosim.signals import Constant, Impulse, Ramps, Sine, Steps
 
 GOOD = """
 stop_time = "30 s"

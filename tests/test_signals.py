@@ -8,9 +8,8 @@ import math
 import numpy as np
 import pytest
 from scipy.special import spherical_jn
-
-from orchestration.signals import Impulse, Sine, _bessel
-from orchestration.stability.systems import couple, linear
+from tca_cosim.cosim.signals import Impulse, Sine, _bessel
+from tca_cosim.studies.stability.model_problems import couple, linear
 
 PERIOD = 1.7
 RATE = 2.0 * math.pi / PERIOD

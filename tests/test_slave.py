@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-
-from orchestration import SubsystemError
-from orchestration.archive import Archive, find_fmu
-from orchestration.slave import Slave
-from orchestration.subsystem import Subsystem
+from tca_cosim import SubsystemError
+from tca_cosim.cosim.subsystem import Subsystem
+from tca_cosim.fmi.archive import Archive, find_fmu
+from tca_cosim.fmi.slave import Slave
 
 T = ["T[1]", "T[2]", "T[3]"]
 DELTA = ["delta[1]", "delta[2]", "delta[3]"]

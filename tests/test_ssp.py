@@ -7,9 +7,8 @@ from pathlib import Path
 
 import fmpy.ssp.ssd as fmpy_ssd
 import pytest
-
-import orchestration as tca
-from orchestration import ssp
+import tca_cosim as tca
+from tca_cosim.scene import ssp_writer
 
 SETS = ("fig3", "literature", "paper_literal", "measured")
 VOLTS = (0.0, 1.5, 3.0)
@@ -18,7 +17,7 @@ VOLTS = (0.0, 1.5, 3.0)
 @pytest.fixture(scope="module")
 def archive(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("ssp") / "scene.ssp"
-    ssp.write(path)
+    ssp_writer.write(path)
     return path
 
 
@@ -77,5 +76,5 @@ def test_parameter_sets_are_the_scenes_ones(archive: Path, name: str) -> None:
 
 def test_signals_that_vary_are_refused(tmp_path: Path) -> None:
     with pytest.raises(tca.SceneError, match=r"thermal.V\[1\] varies in time; .* constants"):
-        ssp.write(tmp_path / "sine.ssp", "sine")
+        ssp_writer.write(tmp_path / "sine.ssp", "sine")
     assert not (tmp_path / "sine.ssp").exists()

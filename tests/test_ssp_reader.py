@@ -8,11 +8,12 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+import tca_cosim as tca
 import xarray as xr
-
-import orchestration as tca
-from orchestration import SceneError, ssp, units
-from orchestration.archive import find_fmu
+from tca_cosim import SceneError
+from tca_cosim.fmi import units
+from tca_cosim.fmi.archive import find_fmu
+from tca_cosim.scene import ssp_writer
 
 SHORT = ("stop_time=2", "coupling.macro_step=0.5")
 SSD = """<?xml version="1.0" encoding="UTF-8"?>
@@ -103,7 +104,7 @@ def archive(folder: Path, ssd: str = SSD, change: Callable[[dict[str, str]], obj
 
 
 def test_what_we_export_is_the_scene_to_the_last_bit(tmp_path: Path) -> None:
-    ssp.write(tmp_path / "scene.ssp")
+    ssp_writer.write(tmp_path / "scene.ssp")
     back = tca.run(tca.read(tmp_path / "scene.ssp", SHORT))
     scene = tca.run(tca.read("step", [*SHORT, "rod.closure=inside"]))
     assert tca.read(tmp_path / "scene.ssp").stop_time == 30.0
@@ -111,7 +112,7 @@ def test_what_we_export_is_the_scene_to_the_last_bit(tmp_path: Path) -> None:
 
 
 def test_parameter_sets_of_the_archive_can_be_chosen(tmp_path: Path) -> None:
-    ssp.write(tmp_path / "scene.ssp")
+    ssp_writer.write(tmp_path / "scene.ssp")
     for name in ("literature", "measured"):
         back = tca.read(tmp_path / "scene.ssp", [f"parameters={name}"])
         scene = tca.read("step", ["rod.closure=inside", f"parameters={name}"])

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 import xarray as xr
 from dask.distributed import LocalCluster
-
-from orchestration import SceneError, read, results
-from orchestration.spread import spread
-from orchestration.stability import KINDS, Study, Verdict, chart, oscillators, rod, sweep
-from orchestration.stability.theory import Beam, limit
+from tca_cosim import SceneError, read, results
+from tca_cosim.files import save_figure
+from tca_cosim.parallel import spread
+from tca_cosim.studies.stability import KINDS, Study, Verdict, chart, oscillators, rod, sweep
+from tca_cosim.studies.stability.theory import Beam, limit
 
 MOVING = ("rod.dynamic=true",)
 
@@ -186,7 +186,7 @@ def test_the_map_of_a_scene_says_what_was_run(tmp_path: Path) -> None:
 
 def test_the_figure(small: Study, swept: xr.Dataset, tmp_path: Path) -> None:
     figure = chart.draw(swept)
-    paths = chart.save(figure, tmp_path, "map")
+    paths = save_figure(figure, tmp_path, "map")
     assert [path.suffix for path in paths] == [".png", ".svg"]
     drawn = [axes for axes in figure.axes if axes.get_title()]
     assert [axes.get_title() for axes in drawn] == [panel.title for panel in small.panels]

@@ -15,15 +15,16 @@ from pathlib import Path
 import dask
 import numpy as np
 import pytest
+import tca_cosim as tca
 import xarray as xr
 from scipy import stats
 from scipy.stats import qmc
-
-import orchestration as tca
-from orchestration import CosimError, results, sweep
-from orchestration.archive import find_fmu, kept
-from orchestration.spread import serial, spread
-from orchestration.sweep import chart, design, sensitivity
+from tca_cosim import CosimError, results
+from tca_cosim.files import save_figure
+from tca_cosim.fmi.archive import find_fmu, kept
+from tca_cosim.parallel import serial, spread
+from tca_cosim.studies import sweep
+from tca_cosim.studies.sweep import chart, design, sensitivity
 
 ROOT = Path(__file__).parent.parent
 QUICK = """
@@ -157,7 +158,7 @@ def test_the_figure_shows_every_output(swept: tuple[sweep.Plan, xr.Dataset, Path
     figure = chart.draw(data)
     assert [axes.get_ylabel() for axes in figure.axes[::2]] == ["thermal.T [K]", "rod.tip.p [m]"]
     assert [label.get_text() for label in figure.axes[1].get_yticklabels()] == ["thermal.h", "rod.body.E"]
-    for path in chart.save(figure, folder, "mine"):
+    for path in save_figure(figure, folder, "mine"):
         assert path.stat().st_size > 10_000
 
 
@@ -224,7 +225,7 @@ def test_killed_and_resumed(tmp_path: Path) -> None:
     """Two workers; SIGKILL of the whole process group in the middle; the file is that of an uninterrupted sweep in one
     process, byte for byte."""
     (tmp_path / "mine.toml").write_text("runs = 4000\n" + QUICK + TWO)
-    command = [sys.executable, "-c", "from orchestration.cli import app; app()", "sweep", "mine.toml", "--workers", "2"]
+    command = [sys.executable, "-c", "from tca_cosim.cli import app; app()", "sweep", "mine.toml", "--workers", "2"]
     about = {"cwd": tmp_path, "env": {**os.environ, "PYTHONPATH": str(ROOT)}, "text": True}
     first = subprocess.Popen([*command], **about, stdout=subprocess.DEVNULL, start_new_session=True)
     log = tmp_path / "results" / "mine.sweep.sqlite-wal"

@@ -6,10 +6,9 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
-
-import orchestration as tca
-from orchestration.archive import Archive, find_fmu
-from orchestration.slave import Slave
+import tca_cosim as tca
+from tca_cosim.fmi.archive import Archive, find_fmu
+from tca_cosim.fmi.slave import Slave
 
 T = ["T[1]", "T[2]", "T[3]"]
 GUESS = ["delta_guess[1]", "delta_guess[2]", "delta_guess[3]"]

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Callable
 
 import typer
 
+from ..errors import CosimError
 from . import (
     animate,
     chart,
     export,
-    fit,
     halving,
     modes,
     monolith,
@@ -20,10 +21,12 @@ from . import (
     report,
     run,
     scenes,
+    select,
     stability,
     sweep,
     timing,
 )
+from .console import reported
 
 __all__ = ["app"]
 
@@ -45,7 +48,7 @@ _COMMANDS: dict[str, Callable[..., None]] = {
     "modes": modes.command,
     "stability": stability.command,
     "sweep": sweep.command,
-    "fit": fit.command,
+    "select": select.command,
     "report": report.command,
     "animate": animate.command,
     "chart": chart.command,
@@ -54,3 +57,10 @@ _COMMANDS: dict[str, Callable[..., None]] = {
 }
 for name, command in _COMMANDS.items():
     app.command(name)(command)
+
+
+@app.command("fit", hidden=True, context_settings={"allow_extra_args": True, "ignore_unknown_options": True})
+def _renamed(context: typer.Context) -> None:
+    """Names the command that `fit` has become."""
+    with reported():
+        raise CosimError(f"fit is now called select: run `{shlex.join(['tca-cosim', 'select', *context.args])}`")

@@ -31,7 +31,7 @@ def command(
     fps: Annotated[float, typer.Option(min=0.1, max=100.0, help="Frames a second")] = 20.0,
 ) -> None:
     """Shows the manipulator in motion, coloured by temperature; writes NAME.gif or NAME.mp4."""
-    from ..report import animation  # matplotlib
+    from ..visualization import animation  # matplotlib
 
     with reported():
         result = shown(scene, override, source)

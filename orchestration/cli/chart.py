@@ -38,23 +38,24 @@ def command(
     thread, in rounds. Writes chart_NAME.png, .svg, .csv, .nc; the truths alone are spread over processes."""
     with reported():
         with extra("chart"):
-            from .. import chart, results
+            from .. import results
+            from ..benchmarks import work_precision
         if RELEASE in scenes:
             _release(folder, picture, repeats)
         names = [name for name in scenes if name != RELEASE]
         file: dict[str, Any] = {"file": series} if series else {}
         with Progress(*Progress.get_default_columns(), console=out, transient=True) as bar:
             task = bar.add_task("truths", total=2 * len(names))
-            known = chart.truth(names, override, **_spread(workers, bar, task), **file)
+            known = work_precision.truth(names, override, **_spread(workers, bar, task), **file)
             for name, truth in zip(names, known, strict=True):
                 task = bar.add_task(truth.scene.name, total=1.0)
                 move = lambda share, task=task: bar.update(task, completed=share)  # noqa: E731
-                table = chart.run(name, override, repeats, limit, panel, known=truth, progress=move, **file)
+                table = work_precision.run(name, override, repeats, limit, panel, known=truth, progress=move, **file)
                 stem = f"chart_{truth.scene.name}"
                 results.write(table, folder / f"{stem}.nc")
-                chart.write_csv(table, folder / f"{stem}.csv")
+                work_precision.write_csv(table, folder / f"{stem}.csv")
                 out.print(_fastest(truth.scene.name, table))
-                written(folder / f"{stem}.nc", ".csv", *_drawn(chart.picture.draw(table), folder, picture, stem))
+                written(folder / f"{stem}.nc", ".csv", *_drawn(work_precision.plot.draw(table), folder, picture, stem))
 
 
 def _spread(workers: int | None, bar: Progress, task: TaskID) -> dict[str, Any]:
@@ -66,16 +67,16 @@ def _spread(workers: int | None, bar: Progress, task: TaskID) -> dict[str, Any]:
 
 def _drawn(figure: Figure, folder: Path, pictures: Path | None, stem: str) -> list[Path]:
     """The files: SVG beside the table, PNG there too or in a folder of pictures."""
-    from ..chart.picture import DPI
-    from ..figures import save
+    from ..benchmarks.work_precision.plot import DPI
+    from ..files import save_figure
 
-    return [*save(figure, folder, stem, ("svg",)), *save(figure, pictures or folder, stem, ("png",), DPI)]
+    return [*save_figure(figure, folder, stem, ("svg",)), *save_figure(figure, pictures or folder, stem, ("png",), DPI)]
 
 
 def _fastest(name: str, table: xr.Dataset) -> Table:
     """Of every solver the fastest point that is exact enough; ours or auto's, the faster, beside scipy's."""
-    from ..chart import best
-    from ..chart.table import LEVELS
+    from ..benchmarks.work_precision import best
+    from ..benchmarks.work_precision.table import LEVELS
 
     heads = ("error <=", "ours", "auto", "paper's", "monolith", "scipy", "scipy/ours")
     shown = Table(*heads, title=f"{name}: fastest warm run, CPU time [ms]")
@@ -90,8 +91,8 @@ def _fastest(name: str, table: xr.Dataset) -> Table:
 
 
 def _release(folder: Path, pictures: Path | None, repeats: int) -> None:
-    from .. import peers
-    from ..chart.release import draw
+    from ..benchmarks import peers
+    from ..benchmarks.work_precision.release import draw
 
     rows, notes = peers.compare(repeats)
     peers.write(rows, notes, folder / "chart_release.csv")

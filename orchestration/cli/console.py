@@ -12,10 +12,10 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table
 
-from ..compare import compare
 from ..errors import CosimError
-from ..fidelity import run as run_scene
+from ..results.comparison import compare
 from ..scene import Scene
+from ..studies.model_selection import run as run_scene
 
 __all__ = ["busy", "extra", "out", "partial_kept", "reported", "run", "show_gaps", "watched", "written"]
 

@@ -8,9 +8,9 @@ from typing import Annotated
 
 import typer
 
-from .. import ssp
-from ..archive import find_fmu
 from ..errors import CosimError
+from ..fmi.archive import find_fmu
+from ..scene import ssp_writer
 from .console import reported, written
 
 __all__ = ["command"]
@@ -33,5 +33,5 @@ def command(
                 shutil.copy2(path, folder)
                 written(folder / path.name)
         if system is not None:
-            ssp.write(system)
+            ssp_writer.write(system)
             written(system)

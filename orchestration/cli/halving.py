@@ -28,7 +28,8 @@ def command(
     halving_NAME.nc."""
     with reported():
         with extra("chart"):
-            from .. import chart, results
+            from .. import results
+            from ..benchmarks import work_precision
         paths: list[Path] = []
         shown = Table("scene", "macro step [s]", "difference, share of the range", "order")
         with Progress(*Progress.get_default_columns(), console=out, transient=True) as bar:
@@ -38,7 +39,7 @@ def command(
                 def progress(share: float, task: TaskID = task) -> None:
                     bar.update(task, completed=share)
 
-                found = chart.halving(name, override, halvings, progress)
+                found = work_precision.halving(name, override, halvings, progress)
                 paths.append(folder / f"halving_{found.attrs['scene']}.nc")
                 results.write(found, paths[-1])
                 for step, difference, slope in zip(*(found[key].to_numpy() for key in SHOWN), strict=True):

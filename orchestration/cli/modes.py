@@ -21,7 +21,7 @@ def command(
     count: Annotated[int, typer.Option(min=1, help="How many, from the lowest frequency on")] = 10,
 ) -> None:
     """Natural frequencies and damping ratios of a scene's small motions."""
-    from .. import monolith  # its solver takes long to load
+    from ..verification import monolith  # its solver takes long to load
 
     with reported():
         found = monolith.modes(read(scene, override), at)

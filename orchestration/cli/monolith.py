@@ -23,7 +23,7 @@ def command(
     against: Against = None,
 ) -> None:
     """Solves a scene's FMUs (model exchange) as one system with one tight integrator; writes NAME.monolith.nc."""
-    from .. import monolith  # its solver takes long to load
+    from ..verification import monolith  # its solver takes long to load
 
     with reported():
         described = read(scene, override)

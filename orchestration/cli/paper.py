@@ -6,8 +6,8 @@ from pathlib import Path
 
 from rich.table import Table
 
-from .. import paper
 from ..scene import read
+from ..verification import paper
 from .console import out, reported, run, written
 from .options import Folder
 
@@ -17,7 +17,7 @@ __all__ = ["command"]
 def command(folder: Folder = Path("results")) -> None:
     """Runs the paper's three scenes; draws its Fig. 3 with the values read off the paper; prints how far apart they
     are."""
-    from ..paper import figure  # matplotlib takes long to load
+    from ..verification.paper import figure  # matplotlib takes long to load
 
     with reported():
         scenes = {name: read(name) for name in paper.SCENES}

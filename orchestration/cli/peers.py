@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from .. import peers
+from ..benchmarks import peers
 from .console import out, reported, written
 from .options import Folder
 

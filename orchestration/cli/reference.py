@@ -25,7 +25,7 @@ def command(
     """Solves a scene independently of the FMUs (extra `reference`); writes NAME.reference.nc."""
     with reported():
         with extra("reference"):
-            from .. import reference  # scikit-fem
+            from ..verification import reference  # scikit-fem
         described = read(scene, override)
         other = results.read(against) if against else None
         resolution = reference.Resolution().refined() if refined else reference.Resolution()

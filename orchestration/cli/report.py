@@ -21,7 +21,7 @@ def command(
     NAME.partial.html."""
     with reported():
         with extra("report"):
-            from ..report import page  # plotly, scikit-fem
+            from ..visualization.report import page  # plotly, scikit-fem
         with partial_kept(folder, "html", page.write):
             result = shown(scene, override, source)
         path = folder / f"{result.attrs['scene']}.html"

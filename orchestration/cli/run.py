@@ -12,8 +12,8 @@ from .. import results
 from ..scene import Scene, read
 from .console import out, partial_kept, reported, written
 from .console import run as run_scene
-from .fit import explain
 from .options import Folder, Overrides, SceneName
+from .select import explain
 
 __all__ = ["command"]
 

@@ -10,6 +10,7 @@ from rich.progress import Progress
 
 from .. import results
 from ..errors import CosimError
+from ..files import save_figure
 from .console import out, reported, written
 from .options import Folder, Overrides
 from .workers import Scheduler, Workers, worker
@@ -27,7 +28,7 @@ def command(
 ) -> None:
     """Maps where each coupling method fails over macro step and stiffness ratio, with the limits of theory (extra
     `sweep`); writes NAME.stability.nc, .png, .svg."""
-    from .. import stability  # its theory and pictures take long to load
+    from ..studies import stability  # its theory and pictures take long to load
 
     with reported():
         if scene == "oscillators" and override:
@@ -38,5 +39,5 @@ def command(
             task = bar.add_task(study.name, total=len(study.panels) * points)
             found = stability.sweep(study, worker(scheduler, workers, lambda _: bar.advance(task)))
         results.write(found, folder / f"{study.name}.nc")
-        stability.chart.save(stability.chart.draw(found), folder, study.name)
+        save_figure(stability.chart.draw(found), folder, study.name)
         written(folder / f"{study.name}.nc", ".png", ".svg")

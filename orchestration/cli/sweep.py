@@ -14,6 +14,7 @@ from rich.progress import Progress as Bar
 from rich.table import Table
 
 from .. import results
+from ..files import save_figure
 from .console import out, reported, written
 from .options import Folder, Overrides
 from .workers import Scheduler, Workers, worker
@@ -31,7 +32,7 @@ def command(
 ) -> None:
     """Runs a scene many times with parameters from distributions or lists (extra `sweep`); what a killed sweep had
     finished is kept. Writes NAME.sweep.nc, .png, .svg."""
-    from .. import sweep  # scipy.stats takes long to load
+    from ..studies import sweep  # scipy.stats takes long to load
 
     with reported():
         described = sweep.read(plan, runs, override)
@@ -57,7 +58,7 @@ def command(
             found = sweep.run(described, folder / f"{name}.sqlite", worker(scheduler, workers), advance)
         spent = time.perf_counter() - begin
         results.write(found, folder / f"{name}.nc")
-        sweep.chart.save(sweep.chart.draw(found), folder, name)
+        save_figure(sweep.chart.draw(found), folder, name)
         out.print(
             f"{described.title}: {state.total} runs, {state.found} finished before, {state.done} now in {spent:.1f} s "
             f"({state.done / spent:.1f} runs/s)",

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 from rich.table import Table
 
-from .. import timing
+from ..benchmarks import profile
 from ..scene import read
 from .console import out, reported
 from .options import Overrides, SceneName
@@ -27,7 +27,7 @@ def command(
         described = read(scene, override)
         table = Table("what", "time")
         table.add_row("reading the scene and the FMUs' XML", f"{1e3 * (time.thread_time() - begin):.1f} ms")
-        found = timing.measure(described, repeats)
+        found = profile.measure(described, repeats)
         table.add_row("loading the FMUs, to the first step", f"{1e3 * found.load:.1f} ms")
         table.add_row(f"run, {found.steps} macro steps of {found.sweeps:.2f} sweeps", f"{1e3 * found.run:.1f} ms")
         table.add_row("of that inside the FMUs", f"{1e3 * found.fmus:.1f} ms")

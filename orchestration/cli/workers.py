@@ -8,7 +8,7 @@ from typing import Annotated, TypeVar
 
 import typer
 
-from ..spread import Worker, serial, spread
+from ..parallel import Worker, serial, spread
 from .console import extra
 
 __all__ = ["Scheduler", "Workers", "worker"]

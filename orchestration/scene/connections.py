@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from ..archive import Variable, similar
-from ..check import Layer
-from ..wiring import Connection
+from ..cosim.topology import Connection
+from ..fmi.archive import Variable, similar
 from .members import Member
+from .validation import Layer
 
 __all__ = ["wired"]
 

@@ -9,9 +9,9 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from ..archive import similar
-from ..check import Layer
 from ..errors import SceneError
+from ..fmi.archive import similar
+from .validation import Layer
 
 if sys.version_info >= (3, 11):
     import tomllib

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from .. import check
-from ..archive import Archive, find_fmu, similar
-from ..check import Layer
-from ..signals import Signal
+from ..cosim.signals import Signal
+from ..fmi.archive import Archive, find_fmu, similar
+from . import validation
+from .validation import Layer
 
 __all__ = ["Member", "read_members"]
 
@@ -88,9 +88,9 @@ def _member(name: str, archive: Archive, layers: Sequence[Layer]) -> Member:
             for full, element in _elements(layer, name, key, raw, archive):
                 variable, place = archive.variables[full], f"{name}.{full}"
                 if variable.causality == "input" and variable.type == "Real":
-                    signals[full] = check.signal(layer, place, element, variable)
+                    signals[full] = validation.signal(layer, place, element, variable)
                 elif variable.causality in ("parameter", "input"):  # inputs that are not Real are constant
-                    parameters[full] = check.scalar(layer, place, element, variable)
+                    parameters[full] = validation.scalar(layer, place, element, variable)
                 else:
                     layer.refuse(place, element, f"is {variable.causality}; only parameters and inputs can be set")
     return Member(name, archive, parameters, signals)
@@ -99,7 +99,7 @@ def _member(name: str, archive: Archive, layers: Sequence[Layer]) -> Member:
 def _flat(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
     """Dotted names of nested tables; a table that is a signal stays whole."""
     for key, value in table.items():
-        if isinstance(value, Mapping) and not any(kind in value for kind in check.SIGNALS):
+        if isinstance(value, Mapping) and not any(kind in value for kind in validation.SIGNALS):
             yield from _flat(value, f"{prefix}{key}.")
         else:
             yield prefix + key, value

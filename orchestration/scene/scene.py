@@ -11,18 +11,18 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from .. import check, described, ssp_reader
-from ..archive import Archive
-from ..asked import Asked
-from ..asked import read as read_asked
-from ..check import Layer
-from ..exchange import METHODS as EXCHANGES
-from ..iteration import METHODS as ITERATIONS
-from ..settings import setting, settings
-from ..wiring import Connection
+from ..cosim.acceleration import METHODS as ITERATIONS
+from ..cosim.extrapolation import METHODS as EXCHANGES
+from ..cosim.topology import Connection
+from ..fmi.archive import Archive
+from . import ssp_reader, summary, validation
+from .accuracy_request import Asked
+from .accuracy_request import read as read_asked
 from .connections import wired
 from .layers import find, load, merged, overriding
 from .members import Member, read_members
+from .schema import setting, settings
+from .validation import Layer
 
 __all__ = ["KEYS", "TABLES", "Coupling", "Scene", "read"]
 
@@ -59,10 +59,10 @@ class Scene:
     sources: tuple[tuple[str, str], ...]  # origin and text of every layer, for the record
 
     def __repr__(self) -> str:
-        return described.text(self)
+        return summary.text(self)
 
     def _repr_html_(self) -> str:
-        return described.html(self)
+        return summary.html(self)
 
     def member(self, name: str) -> Member:
         return next(m for m in self.members if m.name == name)
@@ -101,7 +101,7 @@ def read(source: str | Path, overrides: Sequence[str] = (), archive: Callable[[P
     stop_raw, stop_layer = top.get("stop_time", (None, layers[1]))
     if stop_raw is None:
         stop_layer.refuse("stop_time", None, "missing; add for example stop_time = '30 s'")
-    stop_time = check.number(stop_layer, "stop_time", stop_raw, check.TIME)
+    stop_time = validation.number(stop_layer, "stop_time", stop_raw, validation.TIME)
     if stop_time <= 0.0:
         stop_layer.refuse("stop_time", stop_raw, "out of range; a stop time is positive")
     return Scene(

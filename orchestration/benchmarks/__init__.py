@@ -1,0 +1,1 @@
+"""Speed against accuracy: work-precision charts, peers, profiles of a run."""

@@ -1,0 +1,60 @@
+"""rod.fmu through its C functions: in space with all six strains, and planar with the three of its plane."""
+
+from __future__ import annotations
+
+import weakref
+from collections.abc import Callable
+
+import numpy as np
+
+from ...fmi.slave import Slave
+from .release import Code, Release, Setting
+
+__all__ = ["CODE"]
+
+# order, tolerance
+_UNDAMPED = ((1, 0.1), (2, 0.1), (2, 0.03), (3, 0.1), (3, 0.03), (3, 0.01), (4, 0.1), (4, 3e-3), (5, 1e-2), (5, 1e-3))
+_DAMPED = ((1, 0.1), (2, 0.1), (2, 0.05), (2, 0.01), (2, 1e-3), (2, 1e-4), (3, 0.01), (3, 1e-4), (4, 1e-4))
+
+
+def settings(damped: bool) -> list[Setting]:
+    """dim: 3 in space, 2 planar; outputs: 5, at the reference's times only, else so many at equal intervals."""
+    pairs = _DAMPED if damped else _UNDAMPED
+    return [
+        {"dim": dim, "outputs": count, "order": k, "tolerance": tol}
+        for dim in (3, 2)
+        for count in (5, 100)
+        for k, tol in pairs
+    ]
+
+
+def prepare(release: Release, setting: Setting) -> Callable[[], np.ndarray]:
+    values = {
+        "tca.law": release.archive.variables["tca.law"].items.index("measured") + 1,
+        "tca.stiffness": 0.0,
+        "body.rho": release.rho,
+        "body.shear_factor": release.shear_factor,
+        "body.retardation": release.retardation,
+        "planar": setting["dim"] == 2,
+        "order": int(setting["order"]),
+        "tolerance": setting["tolerance"],
+    }
+    rod = Slave(release.archive, "rod", values, ["gravity[1]"], [], ["tip.p[3]", "tip.p[1]"])
+    rod.initialise(0.0, np.array([release.gravity]))
+    rod.begin()
+    count = int(setting["outputs"])
+    stops = release.times if count == 5 else np.linspace(0.0, release.times[-1], count + 1)[1:]
+
+    def simulate() -> np.ndarray:
+        now, tips = 0.0, []
+        for stop in stops.tolist():
+            rod.step(now, stop - now)
+            tips.append(rod.record())
+            now = stop
+        return np.array(tips)[np.searchsorted(stops, release.times - 1e-9)]
+
+    weakref.finalize(simulate, rod.close)  # not while it is timed
+    return simulate
+
+
+CODE = Code("rod.fmu", "dim 3: all six strains; dim 2: planar = true; stops for outputs only", settings, prepare)

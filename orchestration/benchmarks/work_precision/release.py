@@ -1,0 +1,55 @@
+"""The release of the bare rod beside the rods of others (extra `peers`), from the table of `tca-cosim peers`: error of
+the tip at 0.1 s against CPU time, undamped and damped."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from ..peers.table import Row
+from .norm import front
+from .plot import COLOURS, FAILED, MARKERS
+
+__all__ = ["draw"]
+
+
+def draw(rows: Sequence[Row], notes: Sequence[str]) -> Figure:
+    """rows, notes: from peers.compare."""
+    figure = Figure(figsize=(10.5, 5.6), layout="constrained")
+    axes = figure.subplots(1, 2, sharex=True, sharey=True)
+    codes = list(dict.fromkeys((row.code, row.dim) for row in rows))
+    for place, damped in zip(axes, (False, True), strict=True):
+        _panel(place, [row for row in rows if row.damped == damped], codes)
+        place.set_xlabel("error of the tip at 0.1 s [µm]")
+        place.set_title("damped, retardation 5 ms" if damped else "undamped", fontsize=11)
+    axes[0].set_ylabel("CPU time per second simulated [s/s], median and quartiles")
+    handles, labels = axes[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), fontsize=9, frameon=False)
+    figure.suptitle(
+        f"A bare rod, let go under gravity: rod.fmu beside other codes\n{notes[0]}; one thread", fontsize=11
+    )
+    return figure
+
+
+def _panel(axes: Axes, rows: Sequence[Row], codes: Sequence[tuple[str, int]]) -> None:
+    axes.set(xscale="log", yscale="log")
+    axes.grid(which="major", color="0.9", linewidth=0.7)
+    axes.set_axisbelow(True)
+    best = front(np.array([row.error for row in rows]), np.array([row.cpu for row in rows]))
+    edge = sorted((row.error, row.cpu) for row, good in zip(rows, best, strict=True) if good)
+    axes.plot(*zip(*edge, strict=True), color="0.75", linewidth=5.0, solid_capstyle="round", zorder=1, label="best")
+    for k, (code, dim) in enumerate(codes):
+        own = [row for row in rows if (row.code, row.dim) == (code, dim)]
+        label = f"{code}, {'planar' if dim == 2 else 'spatial'}"
+        good = [row for row in own if np.isfinite(row.error)]
+        spread = [[row.cpu - row.cpu_low for row in good], [row.cpu_high - row.cpu for row in good]]
+        style: dict[str, Any] = {"color": COLOURS[k], "marker": MARKERS[k], "markersize": 6, "linestyle": ""}
+        axes.errorbar([row.error for row in good], [row.cpu for row in good], spread, label=label, **style)
+        for row in own:
+            if math.isinf(row.largest_error):  # unstable: at the edge
+                axes.plot(1.0, row.cpu, "x", color=FAILED, transform=axes.get_yaxis_transform(), clip_on=False)

@@ -1,0 +1,232 @@
+"""The solvers that a chart compares, behind one protocol, so that all are timed alike: loaded and made ready untimed,
+run timed."""
+
+from __future__ import annotations
+
+import contextlib
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import fields
+from typing import Any, ClassVar, Protocol
+
+import numpy as np
+import xarray as xr
+
+from ... import results
+from ...cosim.master import StepLog
+from ...fmi.archive import Variable
+from ...fmi.slave import Slave
+from ...scene import Member, Scene, read
+from ...scene.loop_closure import closed_inside
+from ...simulation import prepared, recorded
+from ...studies.model_selection import select
+from ...studies.model_selection.hierarchy import applied, ladder
+from ...verification import monolith, reference
+from .norm import QUANTITIES
+
+__all__ = ["SOLVERS", "LateError", "Solver", "moves"]
+
+COUNT = "evaluations"  # output of rod.fmu
+PATIENCE = 20.0  # times the limit of a run: of a search, and of solvers in Python
+
+
+class LateError(Exception):
+    """The CPU time is used up. No CosimError: searches take those for runs that fail, and go on."""
+
+
+class Solver(Protocol):
+    """Loads when made: (scene, overrides, times (n,) of the output [s], settings). work: evaluations of the rod's
+    equations in the first run, which no machine changes; nan where nothing is counted."""
+
+    settings: ClassVar[tuple[str, ...]]
+    work: float
+
+    def __init__(self, source: str, overrides: Sequence[str], times: np.ndarray, **settings: Any) -> None: ...
+
+    def ready(self) -> None:
+        """Back to the start, as if nothing had been run."""
+
+    def run(self, limit: float) -> None:
+        """To the stop time. limit [s] of CPU time, PATIENCE times that of a search or in Python; inf: none. Raises
+        CosimError, LateError."""
+
+    def result(self) -> xr.Dataset:
+        """Of the last run, with the output times among its times."""
+
+    def close(self) -> None: ...
+
+
+class CoSimulation:
+    """work: residuals, those of steps that were taken back included."""
+
+    settings: ClassVar[tuple[str, ...]] = ("steps",)  # macro steps per output
+
+    def __init__(self, source: str, overrides: Sequence[str], times: np.ndarray, steps: int = 1) -> None:
+        self._load(read(source, [*overrides, f"coupling.macro_step={float(times[1] - times[0]) / steps}"]), times)
+
+    def _load(self, scene: Scene, times: np.ndarray) -> None:
+        self.scene = scene
+        self._times, self._open = times, contextlib.ExitStack()
+        self._ready = self._open.enter_context(prepared(self.scene))
+        master = self._ready.master
+        self._start = master.place()
+        self._open.callback(master.release, self._start)
+        master.save(self._start)
+        self._first, self._logs = master.observe(), list[StepLog]()
+        self._counters = [_Counter(m, slave) for m, slave in zip(scene.members, self._ready.slaves, strict=True)]
+        self.work = np.nan
+
+    def ready(self) -> None:
+        self._ready.master.restart(self._start)
+
+    def run(self, limit: float) -> None:
+        self._logs = list(self._ready.steps(_watch(limit), self._times))
+        if self._counters:
+            found = [counter.close() for counter in self._counters]
+            self.work, self._counters = float(np.nansum(found)) if np.isfinite(found).any() else np.nan, []
+
+    def result(self) -> xr.Dataset:
+        names: dict[str, Sequence[Variable]] = {m.name: recorded(m) for m in self.scene.members}
+        return results.collect(self.scene, names, self._first, self._logs, "complete")
+
+    def close(self) -> None:
+        self._open.close()
+
+
+class _Counter:
+    """Watches the output `evaluations` of an FMU, if it has one, which a restored state sets back."""
+
+    def __init__(self, member: Member, slave: Slave) -> None:
+        names = [variable.name for variable in recorded(member)]
+        self._slave, self._total = slave, np.nan
+        if COUNT in names:
+            self._place, self._total = names.index(COUNT), 0.0
+            self._last, self._watched = self._now(), (slave.step, slave.restore)
+            vars(slave).update(step=self._step, restore=self._restore)
+
+    def close(self) -> float:
+        """The total; it counts no more."""
+        for name in ("step", "restore"):
+            vars(self._slave).pop(name, None)
+        return self._total
+
+    def _now(self) -> float:
+        return float(self._slave.record()[self._place])
+
+    def _step(self, time: float, length: float) -> None:
+        self._watched[0](time, length)
+        now = self._now()
+        self._total += now - self._last
+        self._last = now
+
+    def _restore(self, state: Any) -> None:
+        self._watched[1](state)
+        self._last = self._now()
+
+
+class Auto(CoSimulation):
+    """Models and macro step chosen by select() for all that a chart's error is made of; the search is part of the first
+    run. The truth has inertia where the scene has it, so that a choice may leave it out, but not add it."""
+
+    settings: ClassVar[tuple[str, ...]] = ("tolerance",)
+
+    def __init__(self, source: str, overrides: Sequence[str], times: np.ndarray, tolerance: float = 1e-3) -> None:
+        asked = [
+            f"fidelity.quantities={list(QUANTITIES)}",
+            f"fidelity.tolerance={tolerance}",
+            f"coupling.macro_step={float(times[1] - times[0])}",
+        ]
+        self._asked, self._times, self._open = read(source, [*overrides, *asked]), times, contextlib.ExitStack()
+        self._chosen = False
+
+    def run(self, limit: float) -> None:
+        if not self._chosen:
+            axes = ladder(self._asked)
+            free = tuple(axis for axis in axes if axis.name != "inertia" or moves(self._asked))
+            found = select(self._asked, axes=free, watch=_watch(PATIENCE * limit, "search for a level, "))
+            self._load(applied(self._asked, found.found.choice), self._times)
+            self._chosen = True
+        super().run(limit)
+
+
+class Monolith:
+    """work: right-hand sides."""
+
+    settings: ClassVar[tuple[str, ...]] = ("tolerance",)
+
+    def __init__(self, source: str, overrides: Sequence[str], times: np.ndarray, tolerance: float = 1e-8) -> None:
+        self.scene = closed_inside(read(source, overrides))
+        self._times, self._tolerance = times, tolerance
+        self._open = contextlib.ExitStack()
+        self._logs: list[StepLog] = []
+        self.work = 0.0
+        self._assemble()
+        rates = self._system.rates
+
+        def counted() -> np.ndarray:
+            self.work += 1
+            return rates()
+
+        vars(self._system)["rates"] = counted
+
+    def ready(self) -> None:
+        self._open.close()
+        self._assemble()
+
+    def run(self, limit: float) -> None:
+        self._logs = monolith.logged(self.scene, self._system, self._tolerance, self._times, _watch(limit))
+
+    def result(self) -> xr.Dataset:
+        return monolith.result(self.scene, self._logs, self._tolerance)
+
+    def close(self) -> None:
+        self._open.close()
+
+    def _assemble(self) -> None:
+        self._system = self._open.enter_context(monolith.assembled(self.scene))
+
+
+class Reference:
+    """numpy and scipy alone."""
+
+    settings: ClassVar[tuple[str, ...]] = tuple(f.name for f in fields(reference.Resolution))
+    work = np.nan  # right-hand sides of the moving rod, shots through the resting one
+
+    def __init__(self, source: str, overrides: Sequence[str], times: np.ndarray, **resolution: Any) -> None:
+        self._solve = reference.prepared(read(source, overrides), reference.Resolution(**resolution), times)
+        self._result = xr.Dataset()
+
+    def ready(self) -> None: ...
+
+    def run(self, limit: float) -> None:
+        self._result = self._solve(_watch(PATIENCE * limit))
+        self.work = self._result.attrs["evaluations"]
+
+    def result(self) -> xr.Dataset:
+        return self._result
+
+    def close(self) -> None: ...
+
+
+SOLVERS: dict[str, type[Solver]] = {
+    "cosimulation": CoSimulation,
+    "auto": Auto,
+    "monolith": Monolith,
+    "reference": Reference,
+}
+
+
+def moves(scene: Scene) -> bool:
+    """Whether anything in it has inertia."""
+    return any(m.value("dynamic") for m in scene.members)
+
+
+def _watch(limit: float, what: str = "") -> Callable[[float], None]:
+    """Raises LateError when the CPU time from now on is used up; inf: looks at no clock."""
+    end = time.process_time() + limit
+
+    def look(now: float) -> None:
+        if time.process_time() > end:
+            raise LateError(f"{what}stopped at t = {now:.4g} s after {limit:g} s of CPU time")
+
+    return look if limit < np.inf else (lambda time: None)

@@ -1,0 +1,76 @@
+"""tca-cosim select: no more model than a scene needs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import zip_longest
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.table import Table
+
+from .. import results
+from ..scene import Scene, read
+from ..studies import model_selection
+from .console import busy, out, reported, written
+from .options import Folder, Overrides
+
+__all__ = ["command", "explain"]
+
+
+def command(
+    scenes: Annotated[list[str], typer.Argument(metavar="SCENE...", help="Names (tca-cosim list) or files")],
+    tolerances: Annotated[
+        list[str],
+        typer.Option("--tolerance", help="Error allowed, share of the range; default: what the scene asks"),
+    ] = [],  # noqa: B006 (typer copies it)
+    quantities: Annotated[
+        list[str], typer.Option("--of", help="What for, such as rod.tip.p; default: what the scene asks")
+    ] = [],  # noqa: B006
+    override: Overrides = [],  # noqa: B006
+    audit: Annotated[bool, typer.Option("--audit", help="Run the top level too, for the true error")] = False,
+    study: Annotated[
+        bool, typer.Option("--study", help="Run all levels no dearer too, for the cheapest that is enough")
+    ] = False,
+    folder: Folder = Path("results"),
+) -> None:
+    """Chooses models no larger than a scene needs for what it asks, and says why; writes NAME.select.nc, with several
+    tolerances NAME.select.TOLERANCE.nc."""
+    extras = ["true error"] * (audit or study) + ["least\n[s]", "ratio"] * study
+    table = Table("scene", "asked", "estimate", "run\n[s]", "search\n[s]", *extras)  # 80 columns hold all
+    asked = [f"fidelity.quantities={list(quantities)!r}"] if quantities else []
+    wanted = [[f"fidelity.tolerance={tolerance}"] for tolerance in tolerances] or [[]]
+    with reported():
+        for name in scenes:
+            for row in _rows([read(name, [*override, *asked, *each]) for each in wanted], audit, study, folder):
+                table.add_row(*row)
+        out.print(table)
+
+
+def explain(record: dict[str, Any]) -> None:
+    """The reasons of a choice, one to a line."""
+    out.print(*record["reasons"], sep="\n", highlight=False, soft_wrap=True)
+
+
+def _rows(scenes: list[Scene], audit: bool, study: bool, folder: Path) -> Iterator[list[str]]:
+    """Chooses, runs and writes for one scene and several tolerances; the cells of a row each."""
+    with busy(scenes[0].name) as tell:
+        founds = [model_selection.select(scene, tell) for scene in scenes]
+        tell("the finest models")
+        judged = model_selection.study(founds, lambda done, of: tell(f"level {done + 1} of {of}")) if study else []
+        errors: list[float | None] = [j.chosen.error for j in judged] or [
+            model_selection.audit(f) if audit else None for f in founds
+        ]
+    for found, true, judgement in zip_longest(founds, errors, judged):
+        asked = found.scene.asked.tolerance
+        path = folder / (
+            f"{found.scene.name}.select.nc" if len(scenes) == 1 else f"{found.scene.name}.select.{asked:g}.nc"
+        )
+        results.write(found.result(true), path)
+        explain(found.record(true))
+        written(path)
+        cost = (judgement.chosen if judgement else found.run).cost
+        row = [found.scene.name, f"{asked:g}", f"{found.found.estimate:.2e}", f"{cost:.2g}", f"{found.search:.2g}"]
+        row += [] if true is None else [f"{true:.2e}"]
+        yield row + ([f"{judgement.best.cost:.2g}", f"{judgement.ratio:.2f}"] if judgement else [])

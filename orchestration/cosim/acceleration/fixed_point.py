@@ -1,0 +1,17 @@
+"""Fixed point: x+ = G(x). Converges where the spectral radius of the loop is below 1."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .history import Trace
+
+__all__ = ["Plain"]
+
+
+@dataclass(frozen=True)
+class Plain:
+    def update(self, trace: Trace) -> np.ndarray:
+        return trace.r[-1]

@@ -1,0 +1,37 @@
+"""Files that appear whole or not at all, whatever happens while they are written."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import tempfile
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = ["atomic_write", "save_figure"]
+
+
+@contextlib.contextmanager
+def atomic_write(path: Path) -> Iterator[Path]:
+    """A draft of the same name to write into, in a folder beside; at the end it takes the place of `path`. Folders that
+    are missing are made."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=path.parent, prefix=".writing-") as folder:
+        draft = Path(folder) / path.name
+        yield draft
+        os.replace(draft, path)
+
+
+def save_figure(
+    figure: Figure, folder: Path, name: str, endings: Sequence[str] = ("png", "svg"), dpi: int = 110
+) -> list[Path]:
+    """folder/name.ending for each ending; the files written."""
+    paths = [folder / f"{name}.{ending}" for ending in endings]
+    for path in paths:
+        with atomic_write(path) as draft:
+            figure.savefig(draft, dpi=dpi)
+    return paths

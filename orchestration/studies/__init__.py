@@ -1,0 +1,1 @@
+"""Studies over many runs: model selection, parameter sweeps, stability maps."""

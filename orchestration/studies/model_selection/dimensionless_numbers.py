@@ -1,0 +1,157 @@
+"""Dimensionless numbers that tell from the scene alone how much model it may need.
+
+L length, A area, EI bending stiffness, h heat transfer, k conductivity of the body, w1 first natural frequency
+(clamped-free, body alone: TCAs make it stiffer, so this is the slowest):
+    Biot          h R/k                          heat leaves slower than it spreads where small
+    shear         12 EI/(ks G A L^2)             share of shear in what a tip force moves
+    extension     EI/(E A L^2)
+    gravity       rho A g L^3/EI                 2.8 bends a soft rod far; 7.84 buckles an upright one
+    tip           F L^2/EI + M L/EI
+    residual      |sin(x)/x|, x = w1 tau/2       vibration that a load which grows for tau leaves behind, share of its
+                                                 deflection (undamped); below its envelope min(1, 1/x)"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+from ...cosim.signals import Constant, Impulse, Ramps, Signal, Sine, Steps
+from ...scene import Member, Scene
+
+__all__ = ["Numbers", "duration", "envelope", "numbers", "residual", "unheated"]
+
+_INSTANT = 1e-9  # [s]
+_CLAMPED_FREE = 1.8751040687119611  # first root of cos x cosh x = -1
+
+
+@dataclass(frozen=True)
+class Numbers:
+    biot: float = 0.0
+    shear: float = 0.0
+    extension: float = 0.0
+    gravity: float = 0.0
+    tip: float = 0.0
+    ramp: float = math.inf  # time over which the fastest load grows [s]
+    frequency: float = math.inf  # first, of the body alone [Hz]
+    parallel: bool = True  # TCAs run parallel to the axis of a straight body
+
+    @property
+    def residual(self) -> float:
+        """Envelope of the vibration that the fastest load leaves."""
+        return envelope(2.0 * math.pi * self.frequency, self.ramp)
+
+    @property
+    def load(self) -> float:
+        return self.gravity + self.tip
+
+    @property
+    def arc(self) -> bool:
+        """Equilibria have constant strain exactly: nothing acts on the rod but TCAs parallel to it."""
+        return self.parallel and self.load == 0.0
+
+
+def residual(w: float, tau: float) -> float:
+    """Amplitude of the vibration after a ramp of length tau [s], share of the static deflection; undamped, frequency w
+    [rad/s]."""
+    x = 0.5 * w * tau
+    return abs(math.sin(x) / x) if x else 1.0
+
+
+def envelope(w: float, tau: float) -> float:
+    """Least bound of residual() for all longer ramps, as 1/x; no ramp hits a zero of the sine for sure."""
+    x = 0.5 * w * tau
+    return min(1.0, 1.0 / x) if x else 1.0
+
+
+def duration(signal: Signal) -> float:
+    """Shortest time in which an input goes from one level to another [s]: 0 where it jumps, inf where it never
+    moves."""
+    match signal:
+        case Constant():
+            return math.inf
+        case Steps(values=values):
+            return 0.0 if len(set(values)) > 1 else math.inf
+        case Ramps(times=times, values=values):
+            pairs = zip(times, times[1:], values, values[1:], strict=False)
+            return min((b - a for a, b, u, v in pairs if u != v), default=math.inf)
+        case Sine(amplitude=amplitude, period=period):
+            return 0.5 * period if amplitude else math.inf
+        case Impulse(peak=peak, width=width):
+            return width if peak else math.inf
+    return 0.0
+
+
+def unheated(scene: Scene) -> bool:
+    """Whether temperatures stay as they are, exactly: no voltage at any time, and all at the ambient temperature from
+    the start."""
+    thermal = scene.model("thermal")
+    if thermal is None:
+        return False
+    driven = [*thermal.archive.vectors["V"], "T_ambient"]
+    if any(connection.target == (thermal.name, name) for connection in scene.connections for name in driven):
+        return False
+    *volts, ambient = (thermal.signals.get(name, Constant(thermal.real(name))).extremes for name in driven)
+    return not any(value for extremes in volts for value in extremes) and set(ambient) == {thermal.real("T_0")}
+
+
+def numbers(scene: Scene) -> Numbers:
+    """Of the scene's thermal and rod FMUs, as far as it has them."""
+    found: dict[str, Any] = {}
+    thermal, rod = scene.model("thermal"), scene.model("rod")
+    if thermal:
+        found["biot"] = thermal.real("h") * thermal.real("body.radius") / thermal.real("body.k")
+    if rod:
+        found |= _rod(rod)
+        heats = [_heating(thermal, s) for n, s in thermal.signals.items() if n.startswith("V[")] if thermal else []
+        loads = [_loading(rod, s) for n, s in rod.signals.items() if n.startswith(("gravity", "tip_"))]
+        given = [duration(s) for n, s in rod.signals.items() if n.startswith("T[")]
+        found["ramp"] = min([*heats, *loads, *given], default=math.inf)
+    return Numbers(**found)
+
+
+def _rod(rod: Member) -> dict[str, Any]:
+    length, rho = rod.real("body.length"), rod.real("body.rho")
+    area, bending, shearing, stretching = _stiffness(rod)
+    gravity, force, moment = (_largest(rod, name) for name in ("gravity", "tip_force", "tip_moment"))
+    speed = math.sqrt(bending / (rho * area))
+    return {
+        "shear": 12.0 * bending / (shearing * length**2),
+        "extension": bending / (stretching * length**2),
+        "gravity": rho * area * gravity * length**3 / bending,
+        "tip": force * length**2 / bending + moment * length / bending,
+        "frequency": _CLAMPED_FREE**2 * speed / length**2 / (2.0 * math.pi),
+        "parallel": not any(value for vector in ("tca.helix", "body.curvature") for value in rod.reals(vector)),
+    }
+
+
+def _stiffness(rod: Member) -> tuple[float, float, float, float]:
+    """Area [m2] and the least stiffnesses in bending [N.m2], shear and stretch [N]."""
+    radius, E = rod.real("body.radius"), rod.real("body.E")
+    area = math.pi * radius**2
+    if rod.choice("body.profile") == "given":
+        k = rod.reals("body.stiffness")
+        return area, min(k[:2]), min(k[3:5]), k[5]
+    shearing = rod.real("body.shear_factor") * E / (2.0 * (1.0 + rod.real("body.nu"))) * area
+    return area, E * math.pi * radius**4 / 4.0, shearing, E * area
+
+
+def _heating(thermal: Member, signal: Signal) -> float:
+    """A voltage acts no faster than the TCA warms through: r^2/diffusivity."""
+    if not any(signal.extremes):
+        return math.inf
+    through = thermal.real("tca.outer_radius") ** 2 * thermal.real("tca.rho_c") / thermal.real("tca.k")
+    return through if signal.polynomial(0.0, _INSTANT)[0] else max(through, duration(signal))
+
+
+def _loading(rod: Member, signal: Signal) -> float:
+    """A load that is there from the start is a jump for a rod that starts straight."""
+    start = signal.polynomial(0.0, _INSTANT)[0]
+    return 0.0 if start and not rod.value("start_at_equilibrium") else duration(signal)
+
+
+def _largest(rod: Member, vector: str) -> float:
+    """Largest norm of a vector input, from the extremes of its elements."""
+    signals: Iterable[Signal] = (rod.signals[n] for n in rod.archive.vectors[vector] if n in rod.signals)
+    return math.sqrt(sum(max(abs(v) for v in s.extremes) ** 2 for s in signals))

@@ -1,0 +1,92 @@
+"""A plane through the rod's axis that everything mirrors in: the TCAs, how they are heated, and the loads. A rod that
+starts straight, or at equilibrium in that plane, then stays in it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+
+from ...cosim.signals import Constant, Signal
+from ...scene import Member, Scene
+
+__all__ = ["plane"]
+
+_SAME = 1e-9  # of angles [rad], and of a load's share across the plane
+
+
+def plane(scene: Scene) -> float | None:
+    """Its azimuth from the x axis [rad], 0 to pi; None where there is none."""
+    rod = scene.model("rod")
+    if rod is None or not _straight(rod):
+        return None
+    azimuths = rod.reals("tca.azimuth")
+    heats = _heats(scene, rod, len(azimuths))
+    for angle in sorted(_candidates(azimuths), key=lambda a: (round(a / (math.pi / 2.0), 9) % 1.0 > 0.0, a)):
+        if _mirrors(azimuths, heats, angle) and _lies_in(rod, angle):
+            return angle
+    return None
+
+
+def _straight(rod: Member) -> bool:
+    round_body = rod.choice("body.profile") == "round"
+    vectors = ("tca.helix", "body.curvature")
+    return round_body and not any(rod.value(name) for vector in vectors for name in rod.archive.vectors[vector])
+
+
+def _heats(scene: Scene, rod: Member, count: int) -> list[object]:
+    """Per TCA what decides its temperature; equal where the temperatures are."""
+    thermal = scene.model("thermal")
+    found: list[object] = []
+    for i in range(1, count + 1):
+        given = rod.signals.get(f"T[{i}]")
+        voltage = thermal.signals.get(f"V[{i}]", Constant(0.0)) if thermal else None
+        resistance = thermal.value(f"tca.R[{i}]") if thermal else None
+        found.append((given, voltage, resistance))
+    return found
+
+
+def _candidates(azimuths: Sequence[float]) -> Iterator[float]:
+    """Where a mirror of the TCAs can be: through one, or between two; and the axes, for one TCA in the middle."""
+    for a in azimuths:
+        for b in azimuths:
+            for turn in (0.0, math.pi / 2.0):
+                yield _folded(0.5 * (a + b) + turn)
+
+
+def _mirrors(azimuths: Sequence[float], heats: list[object], angle: float) -> bool:
+    """Every TCA has one at its mirror image that is heated alike."""
+    return all(
+        any(
+            abs(math.remainder(2.0 * angle - a - b, 2.0 * math.pi)) < _SAME and h == g
+            for b, g in zip(azimuths, heats, strict=True)
+        )
+        for a, h in zip(azimuths, heats, strict=True)
+    )
+
+
+def _lies_in(rod: Member, angle: float) -> bool:
+    """Forces act along the plane, moments about its normal."""
+    across = (-math.sin(angle), math.cos(angle), 0.0)
+    along = ((math.cos(angle), math.sin(angle), 0.0), (0.0, 0.0, 1.0))
+    return all(_none_along(rod, vector, across) for vector in ("gravity", "tip_force")) and all(
+        _none_along(rod, "tip_moment", direction) for direction in along
+    )
+
+
+def _none_along(rod: Member, vector: str, direction: tuple[float, float, float]) -> bool:
+    """Whether a vector input has no component along a direction at any time; signals of unlike shape cannot cancel."""
+    parts: list[tuple[float, Signal]] = []
+    for share, name in zip(direction, rod.archive.vectors[vector], strict=True):
+        signal = rod.signals.get(name)
+        if abs(share) > _SAME and signal is not None and any(signal.extremes):
+            parts.append((share, signal))
+    constant = [(share, signal.value) for share, signal in parts if isinstance(signal, Constant)]
+    if len(constant) < len(parts):
+        return False
+    size = max((abs(value) for _, value in constant), default=0.0)
+    return abs(sum(share * value for share, value in constant)) <= _SAME * size
+
+
+def _folded(angle: float) -> float:
+    folded = angle % math.pi
+    return 0.0 if math.pi - folded < _SAME else folded

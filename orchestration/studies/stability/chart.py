@@ -1,0 +1,80 @@
+"""A map as a figure: a panel per method, colour the sweeps where it converged, reds where it did not, the line
+what theory says, dots limits known for one strength."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.collections import QuadMesh
+from matplotlib.colors import ListedColormap, LogNorm
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from .verdict import KINDS
+
+__all__ = ["draw"]
+
+COLUMNS = 4
+BAD = {"diverged": "#d62728", "unstable": "#ff9896", "slow": "#c7c7c7"}
+MOST_SWEEPS = 200.0
+
+
+def draw(dataset: xr.Dataset) -> Figure:
+    """dataset: from study.sweep."""
+    count = dataset.sizes["panel"]
+    rows = math.ceil(count / COLUMNS)
+    figure = Figure(figsize=(13.0, 3.1 * rows + 1.3), layout="constrained")
+    axes = figure.subplots(rows, COLUMNS, sharex=True, sharey=True, squeeze=False)
+    described = json.loads(dataset.attrs["panels"])
+    for k, place in enumerate(axes.flat):
+        if k >= count:
+            place.set_visible(False)
+            axes.flat[k - COLUMNS].tick_params(labelbottom=True)
+            continue
+        image = _panel(place, dataset.isel(panel=k), described[k]["marks"])  # one scale of colours for all
+        if k % COLUMNS == 0:
+            place.set_ylabel(f"{dataset['strength'].attrs['long_name']} [1]", fontsize=9)
+        if k + COLUMNS >= count:
+            place.set_xlabel("macro step H [s]", fontsize=9)
+    bar = figure.colorbar(image, ax=axes, shrink=0.6, ticks=[1, 2, 5, 10, 20, 50, 100, 200], format="%d")
+    bar.set_label("converged: mean sweeps per macro step (explicit: 1)")
+    keys: list[Patch | Line2D] = [Patch(color=colour, label=kind) for kind, colour in BAD.items()]
+    keys.append(Line2D([], [], color="black", linewidth=2.0, label="theory: fails above"))
+    if any(panel["marks"] for panel in described):
+        keys.append(
+            Line2D([], [], color="black", marker="o", markerfacecolor="white", linestyle="", label="known limit")
+        )
+    figure.legend(handles=keys, loc="outside lower center", ncols=len(keys), fontsize=9)
+    figure.suptitle(dataset.attrs["title"], fontsize=11)
+    return figure
+
+
+def _panel(axes: Axes, panel: xr.Dataset, marks: list[list[float]]) -> QuadMesh:
+    steps, strengths = panel["step"].to_numpy(), panel["strength"].to_numpy()
+    verdict = panel["verdict"].to_numpy().T
+    good = verdict == KINDS.index("converged")
+    sweeps = np.where(good, panel["sweeps"].to_numpy().T, np.nan)
+    edges = _edges(steps), _edges(strengths)
+    axes.set(xscale="log", yscale="log")
+    image = axes.pcolormesh(*edges, sweeps, norm=LogNorm(1.0, MOST_SWEEPS), cmap="viridis_r", rasterized=True)
+    for kind, colour in BAD.items():
+        where = np.where(verdict == KINDS.index(kind), 1.0, np.nan)
+        axes.pcolormesh(*edges, where, cmap=ListedColormap([colour]), rasterized=True)
+    axes.plot(steps, panel["limit"], color="black", linewidth=2.0)
+    for step, strength in marks:
+        axes.plot(step, strength, "o", color="black", markerfacecolor="white", markersize=7.0)
+    axes.set(xlim=edges[0][[0, -1]], ylim=edges[1][[0, -1]])
+    axes.set_title(str(panel["panel"].to_numpy()), fontsize=9)
+    axes.tick_params(labelsize=8)
+    return image
+
+
+def _edges(centres: np.ndarray) -> np.ndarray:
+    """Of cells around points (n,) that are even on a logarithmic axis: (n + 1,)."""
+    ratio = math.sqrt(centres[1] / centres[0])
+    return np.append(centres / ratio, centres[-1] * ratio)

@@ -1,0 +1,165 @@
+"""Analytic systems whose limits of coupling are known, and a short way to couple them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from ...cosim import acceleration, extrapolation
+from ...cosim.graph import assemble
+from ...cosim.linear_subsystem import Linear
+from ...cosim.master import Master, Settings, StepLog
+from ...cosim.signals import Signal
+from ...cosim.step_control import Control, Fixed
+from ...cosim.step_error import StepError, give_up
+from ...cosim.subsystem import Port, Subsystem
+from ...cosim.time_loop import drive
+from ...cosim.topology import Connection
+from .verdict import spectral_growth
+
+__all__ = [
+    "Implicit",
+    "actuated",
+    "connected",
+    "couple",
+    "course",
+    "dahlquist",
+    "linear",
+    "step_radius",
+    "two_masses",
+    "wires",
+]
+
+System = tuple[list[Linear], list[Connection]]
+
+
+class Implicit(Linear):
+    """One backward Euler step per step: x+ = (1 - h A)^-1 (x + h B u(t+h)), as a rod with that method does."""
+
+    def step(self, time: float, length: float) -> None:
+        before = self.state
+        super().step(time, length)  # moves the inputs to the end of the step
+        left = np.eye(len(before)) - length * self.A
+        self.state = np.linalg.solve(left, before + length * self.B @ self._u[0])
+
+
+def linear(
+    name: str, a: list, b: list, c: list, d: list, start: list, inputs: str, outputs: str, kind: type[Linear] = Linear
+) -> Linear:
+    """Matrices as nested lists; inputs and outputs as names with blanks between."""
+    n, u, y = len(start), inputs.split(), outputs.split()
+    A, B, C, D = (
+        np.reshape(np.array(m, dtype=float), s)
+        for m, s in ((a, (n, n)), (b, (n, len(u))), (c, (len(y), n)), (d, (len(y), len(u))))
+    )
+    return kind(name, A, B, C, D, np.array(start, dtype=float), tuple(map(Port, u)), tuple(map(Port, y)))
+
+
+def wires(*texts: str) -> list[Connection]:
+    """'a.x -> b.u' each."""
+    ends = [[end.strip().partition(".") for end in text.split("->")] for text in texts]
+    return [Connection((source[0], source[2]), (target[0], target[2])) for source, target in ends]
+
+
+def dahlquist(gain: float = 4.0) -> System:
+    """x' = -x + u, u = -gain x, x(0) = 1, so x = exp(-(1 + gain) t), split in two."""
+    plant = linear("plant", [-1], [1], [1], [0], [1], "u", "x")
+    law = linear("law", [], [], [], [-gain], [], "x", "u")
+    return [plant, law], wires("plant.x -> law.x", "law.u -> plant.u")
+
+
+def actuated(damping: float = 0.0, gain: float = 4.0, kind: type[Linear] = Linear) -> System:
+    """An actuator on an oscillator: x'' = -x - damping x' + F, F = -gain x."""
+    mass = linear("mass", [[0, 1], [-1, -damping]], [0, 1], [1, 0], [0], [1, 0], "F", "x", kind)
+    actuator = linear("actuator", [], [], [], [-gain], [], "x", "F")
+    return [mass, actuator], wires("mass.x -> actuator.x", "actuator.F -> mass.F")
+
+
+def two_masses(kind: str, c: float = 1.0, d: float = 1.0, cc: float = 1.0, dc: float = 1.0) -> System:
+    """Each on a spring c and damper d, cc and dc between them. force/displacement: the spring between belongs to the
+    second; displacement/displacement: both have it."""
+    own, coupled = [[0, 1], [-c, -d]], [[0, 1], [-c - cc, -d - dc]]
+    other, states, none = [[0, 0], [cc, dc]], [[1, 0], [0, 1]], [[0, 0], [0, 0]]
+    second = linear("b", coupled, other, states, none, [0.5, 0], "x v", "y w")
+    if kind == "displacement":
+        first = linear("a", coupled, other, states, none, [1, 0], "x v", "y w")
+        return [first, second], wires("a.y -> b.x", "a.w -> b.v", "b.y -> a.x", "b.w -> a.v")
+    first = linear("a", own, [0, 1], states, [0, 0], [1, 0], "F", "y w")
+    second = linear("b", coupled, other, [cc, dc], [-cc, -dc], [0.5, 0], "x v", "F")
+    return [first, second], wires("a.y -> b.x", "a.w -> b.v", "b.F -> a.F")
+
+
+def couple(
+    systems: Sequence[Subsystem],
+    connections: Sequence[Connection],
+    stop: float,
+    step: float = 0.1,
+    method: str | acceleration.Method | None = "iqn",
+    waveform: str = "linear",
+    through: str = "hermite",
+    jacobi: bool = False,
+    signals: dict[str, dict[str, Signal]] | None = None,
+    control: Control | None = None,
+    breaks: Sequence[float] = (),
+    observe: Callable[[], object] = lambda: None,
+    **settings: Any,
+) -> tuple[Master, list[StepLog]]:
+    """The master at `stop` and its log. through: exchange of what is known at both ends of a step. Raises
+    CouplingError, SubsystemError."""
+    master = connected(systems, connections, method, waveform, through, jacobi, signals, observe, **settings)
+    return master, list(drive(master, control or Fixed(step), 0.0, stop, breaks))
+
+
+def connected(
+    systems: Sequence[Subsystem],
+    connections: Sequence[Connection],
+    method: str | acceleration.Method | None,
+    waveform: str = "linear",
+    through: str = "hermite",
+    jacobi: bool = False,
+    signals: dict[str, dict[str, Signal]] | None = None,
+    observe: Callable[[], object] = lambda: None,
+    **settings: Any,
+) -> Master:
+    """The master at the start."""
+    made = acceleration.METHODS[method]() if isinstance(method, str) else method
+    kinds = extrapolation.METHODS[through], extrapolation.METHODS[waveform]
+    circuits = assemble(systems, connections, signals or {}, *kinds, jacobi)
+    master = Master(circuits, Settings(*kinds, made, **{"reach": 1e9, **settings}), observe)
+    master.initialise(0.0)
+    return master
+
+
+def course(
+    systems: list[Linear],
+    connections: list[Connection],
+    step: float,
+    count: int,
+    method: str | acceleration.Method | None = "iqn",
+    **how: Any,
+) -> tuple[list[np.ndarray], list[StepLog]]:
+    """States (n,) after each of `count` macro steps, all of exactly that length, from a start that excites all of them,
+    and the log. Raises CouplingError."""
+    for system in systems:
+        system.start = system.start + 0.1 * np.arange(1.0, system.start.size + 1.0)
+    master = connected(
+        systems,
+        connections,
+        method,
+        observe=lambda: np.concatenate([system.state for system in systems]),
+        **how,
+    )
+    logs: list[StepLog] = []
+    for number in range(count):
+        try:
+            logs.append(master.advance(number * step, step))
+        except StepError as failure:
+            raise give_up(number * step, step, failure) from failure
+    return [log.record for log in logs], logs
+
+
+def step_radius(systems: list[Linear], connections: list[Connection], step: float, **how: Any) -> float:
+    """Spectral radius of one macro step, seen from a run (verdict.spectral_growth)."""
+    return spectral_growth(course(systems, connections, step, 80, **how)[0])

@@ -1,0 +1,123 @@
+"""Maps of a scene: macro step against the ratio of stiffnesses k_tca/(EA/L), every point a run of its FMUs.
+
+The TCAs get the measured law, whose stiffness is one parameter. A rod with inertia takes one backward Euler step per
+macro step: what shows is the coupling and not the integrator, and theory is exact."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+
+import numpy as np
+
+from ...errors import CouplingError, SceneError
+from ...results.dataset import about
+from ...scene import Member, Scene, read
+from ...simulation import prepared
+from .study import Panel, Study
+from .theory import Beam, limit
+from .verdict import Verdict, alternating_growth, failed, succeeded
+
+__all__ = ["METHODS", "beam", "judge", "study"]
+
+METHODS = (
+    ("none", "held"),
+    ("none", "linear"),
+    ("plain", "linear"),
+    ("relaxed", "linear"),
+    ("aitken", "linear"),
+    ("iqn", "linear"),
+    ("broyden", "linear"),
+    ("newton", "linear"),
+)
+OMEGA = 0.25
+STEPS, EXPLICIT_STEPS = 4, 48  # macro steps per run; growth needs many to be seen
+FIRST = ("rod.closure=exchanged", "rod.method=backward_euler")
+
+
+def study(source: str, overrides: Sequence[str] = (), points: int = 12) -> Study:
+    """points: along each axis. Raises SceneError where the scene has no rod of which theory knows."""
+    scene = read(source, [*FIRST, *overrides])
+    body = beam(scene)
+    panels = tuple(
+        Panel(
+            title=f"explicit, {waveform}"
+            if method == "none"
+            else f"{method}, omega {OMEGA}" * (method == "relaxed") or method,
+            judge=partial(judge, source, tuple(overrides), body.stiffness, method, waveform),
+            limit=partial(limit, body, method=method, waveform=waveform, omega=OMEGA),
+            settings={"method": method, "waveform": waveform, "omega": OMEGA},
+        )
+        for method, waveform in METHODS
+    )
+    return Study(
+        name=f"{scene.name}.stability",
+        title=f"{scene.title}; rod {'with' if body.dynamic else 'without'} inertia",
+        steps=np.geomspace(5e-4, 0.5, points),
+        strengths=np.geomspace(0.05, 50.0, points),
+        strength_label="stiffness ratio k_tca / (EA/L)",
+        panels=panels,
+        settings={
+            **about(scene, "stability map"),
+            "EA/L [N/m]": body.stiffness,
+            "macro steps per run": STEPS,
+            "macro steps per explicit run": EXPLICIT_STEPS,
+        },
+    )
+
+
+def judge(
+    source: str, overrides: Sequence[str], unit: float, method: str, waveform: str, step: float, ratio: float
+) -> Verdict:
+    """One run of the scene's FMUs with macro step [s] and TCAs of the stiffness ratio * unit [N/m]."""
+    explicit = method == "none"
+    count = EXPLICIT_STEPS if explicit else STEPS
+    own = {
+        "rod.tca.law": "measured",
+        "rod.tca.stiffness": ratio * unit,
+        "stop_time": count * step,
+        "coupling.macro_step": step,
+        "coupling.method": method,
+        "coupling.waveform": waveform,
+        "coupling.omega": OMEGA,
+        "coupling.control": "fixed",
+        "coupling.halvings": 0,
+        "coupling.max_sweeps": 200,
+        "coupling.tolerance": 1e-7,
+    }
+    scene = read(source, [*FIRST, *overrides, *(f"{key}={value}" for key, value in own.items())])
+    try:
+        with prepared(scene) as ready:
+            rod = next(slave for slave in ready.slaves if slave.name == "rod")
+            ready.master.observe = rod.values
+            logs = list(ready.steps())
+    except CouplingError as error:
+        return failed(error, explicit)
+    return succeeded(logs, alternating_growth([log.record for log in logs])) if explicit else succeeded(logs)
+
+
+def beam(scene: Scene) -> Beam:
+    """What theory needs of the scene's rod. Raises SceneError, naming what it does not cover."""
+    rod = next((member for member in scene.members if member.name == "rod"), None)
+    if rod is None or "body.E" not in rod.archive.variables:
+        raise SceneError(f"{scene.name}: a stability map wants an FMU `rod` of this package in the scene")
+    _refuse(rod, "body.profile", 1, "given profiles")
+    _refuse(rod, "closure", 2, "a rod that closes its loop itself")
+    if rod.value("dynamic"):
+        _refuse(rod, "method", 1, "other integrators than backward Euler")
+    for name in rod.archive.vectors["tca.helix"]:
+        _refuse(rod, name, 0.0, "helical TCAs")
+    numbers = {
+        name: rod.real(f"body.{name}") for name in ("E", "nu", "rho", "radius", "length", "shear_factor", "retardation")
+    }
+    return Beam(
+        **numbers,
+        offset=rod.real("tca.offset"),
+        azimuths=rod.reals("tca.azimuth"),
+        dynamic=bool(rod.value("dynamic")),
+    )
+
+
+def _refuse(rod: Member, name: str, allowed: float, what: str) -> None:
+    if rod.value(name) != allowed:
+        raise SceneError(f"rod.{name} = {rod.value(name)}: theory does not cover {what}; allowed: {allowed}")

@@ -1,0 +1,79 @@
+"""Finished runs on disk, so that a sweep that was killed goes on where it was: an SQLite file, every run a transaction
+of its own, found again by what was set in it."""
+
+from __future__ import annotations
+
+import json
+import sqlite3
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from ...errors import CosimError
+from .task import Outcome
+
+__all__ = ["Store"]
+
+_TABLES = """
+CREATE TABLE IF NOT EXISTS identity (key TEXT PRIMARY KEY, value TEXT NOT NULL);
+CREATE TABLE IF NOT EXISTS runs (point TEXT PRIMARY KEY, failure TEXT NOT NULL, series BLOB);
+"""
+
+
+class Store:
+    """identity: of the sweep; a file of another one is refused. Use as a context manager, or close(). One process at
+    a time writes. Raises CosimError."""
+
+    def __init__(self, path: Path, identity: Mapping[str, str], rows: int) -> None:
+        self.path, self._rows = path, rows
+        path.parent.mkdir(parents=True, exist_ok=True)
+        self._file = sqlite3.connect(path, timeout=1.0)
+        try:
+            self._file.execute("PRAGMA locking_mode = EXCLUSIVE")
+            self._file.execute("PRAGMA journal_mode = WAL")  # a commit survives the process without waiting for a disk
+            self._file.executescript(_TABLES)
+            self._claim(identity)
+        except sqlite3.DatabaseError as error:
+            self.close()
+            locked = isinstance(error, sqlite3.OperationalError) and "locked" in str(error)
+            remedy = "another process works on it; wait for it" if locked else "remove it to start anew"
+            raise CosimError(f"{path}: {error}; {remedy}") from error
+        except CosimError:
+            self.close()
+            raise
+
+    def outcomes(self) -> dict[tuple[str, ...], Outcome]:
+        """By point."""
+        found = {}
+        for text, failure, blob in self._file.execute("SELECT point, failure, series FROM runs"):
+            point = tuple(json.loads(text))
+            series = None if blob is None else np.frombuffer(blob, "<f8").reshape(self._rows, -1)
+            found[point] = Outcome(point, series, failure)
+        return found
+
+    def add(self, outcome: Outcome) -> None:
+        """On disk when this returns."""
+        blob = None if outcome.series is None else outcome.series.astype("<f8").tobytes()
+        with self._file:
+            self._file.execute("INSERT INTO runs VALUES (?, ?, ?)", (json.dumps(outcome.point), outcome.failure, blob))
+
+    def close(self) -> None:
+        self._file.close()
+
+    def __enter__(self) -> Store:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _claim(self, identity: Mapping[str, str]) -> None:
+        known = dict(self._file.execute("SELECT key, value FROM identity"))
+        if not known:
+            with self._file:
+                self._file.executemany("INSERT INTO identity VALUES (?, ?)", identity.items())
+        elif different := [key for key in {**known, **identity} if known.get(key) != identity.get(key)]:
+            raise CosimError(
+                f"{self.path} holds runs of a sweep that differs in {', '.join(different)}; remove it to start anew, "
+                "or give another folder with --out"
+            )

@@ -1,0 +1,1 @@
+"""Results as pictures: plots, animations, the interactive report."""

@@ -1,0 +1,51 @@
+"""Polynomials through samples: exact for polynomials of their degree, inside the samples and outside."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from tca_cosim.cosim.extrapolation import METHODS, Sample
+
+DEGREE = {"held": 0, "linear": 1, "quadratic": 2, "hermite": 3}
+
+
+def samples(coefficients: np.ndarray, times: list[float]) -> tuple[Sample, ...]:
+    u = np.polynomial.Polynomial(coefficients)
+    return tuple(Sample(t, np.array([u(t), -2.0 * u(t)]), np.array([u.deriv()(t), -2.0 * u.deriv()(t)])) for t in times)
+
+
+def value(polynomial: np.ndarray, s: float) -> np.ndarray:
+    return polynomial[0] + s * (polynomial[1] + s * (polynomial[2] / 2.0 + s * polynomial[3] / 6.0))
+
+
+@pytest.mark.parametrize("name", METHODS)
+@pytest.mark.parametrize("times", [[0.1, 0.4, 0.9], [0.1, 0.4, 0.9, 1.3]], ids=["extrapolating", "interpolating"])
+def test_polynomials_of_the_degree_are_exact(name: str, times: list[float]) -> None:
+    coefficients = np.array([0.7, -1.3, 0.4, 2.1])[: DEGREE[name] + 1]
+    polynomial = METHODS[name].fit(samples(coefficients, times), 0.9)
+    exact = np.polynomial.Polynomial(coefficients)
+    for s in (0.0, 0.1, 0.4):
+        np.testing.assert_allclose(value(polynomial, s), [exact(0.9 + s), -2.0 * exact(0.9 + s)], rtol=1e-12)
+
+
+@pytest.mark.parametrize("name", METHODS)
+def test_one_degree_more_is_not_exact(name: str) -> None:
+    coefficients = np.array([0.7, -1.3, 0.4, 2.1, 1.0])[: DEGREE[name] + 2]
+    polynomial = METHODS[name].fit(samples(coefficients, [0.1, 0.4, 0.9]), 0.9)
+    assert abs(value(polynomial, 0.4)[0] - np.polynomial.Polynomial(coefficients)(1.3)) > 1e-3
+
+
+@pytest.mark.parametrize("name", ["quadratic", "hermite"])
+def test_few_samples_give_the_degree_that_they_allow(name: str) -> None:
+    line, parabola = np.array([0.7, -1.3]), np.array([0.7, -1.3, 0.4])
+    one = METHODS[name].fit(samples(line, [0.4]), 0.9)
+    assert value(one, 0.3)[0] == pytest.approx(0.7 - 1.3 * 1.2)
+    first, second = samples(parabola, [0.4, 0.9])
+    two = METHODS[name].fit((first, second._replace(rates=None)), 0.9)
+    assert value(two, 0.3)[0] == pytest.approx(np.polynomial.Polynomial(parabola)(1.2))
+
+
+def test_without_rates_one_sample_is_held() -> None:
+    (sample,) = samples(np.array([0.7, -1.3]), [0.4])
+    for method in METHODS.values():
+        assert value(method.fit((sample._replace(rates=None),), 0.4), 0.5)[0] == sample.values[0]

@@ -1,0 +1,168 @@
+"""No more model than a scene needs, whole: choices whose true error is looked up with the finest models, their reasons,
+commands and mistakes."""
+
+from __future__ import annotations
+
+import io
+import json
+import math
+from pathlib import Path
+
+import pytest
+from rich.console import Console
+from tca_cosim import SceneError, read, results, run, titles
+from tca_cosim.cli import app, console
+from tca_cosim.studies import model_selection
+from tca_cosim.studies.model_selection.search import SHARE
+from tca_cosim.studies.model_selection.study import Judge, candidates
+from test_cli import tca
+from typer.testing import CliRunner
+
+# -- scenes ------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("scene", ["step", "switch", "sine"])
+def test_the_scenes_of_the_paper_need_constant_strain_and_no_inertia(scene: str) -> None:
+    result = run(read(scene, ["fidelity.level=auto", "fidelity.tolerance=1e-3"]))
+    record = json.loads(result.attrs["fidelity"])
+    choice, why = record["choice"], " ".join(record["reasons"])
+    assert (choice["rod.dynamic"], choice["rod.order"], choice["rod.strains"]) == (False, 0, "extensible")
+    assert "Quasi-static: loads grow over 3.7 s against a first period of 0.19 s" in why
+    assert "no gravity, no load at the tip and parallel TCAs: equilibria are arcs exactly" in why
+    budget = record["budget"]
+    assert budget["estimate"] <= SHARE * budget["tolerance"] == SHARE * 1e-3
+    assert budget["model"] > max(budget["time"], budget["coupling"])  # inertia, left out
+    assert result.sizes["time"] == 301
+    assert json.loads(result.attrs["members"])["rod"]["parameters"]["order"] == 0
+
+
+# In CI the cheap ones; `tca-cosim select SCENE... --tolerance X --study` is for all.
+@pytest.mark.parametrize(
+    ("scene", "tolerance", "overrides", "dynamic"),
+    [
+        ("step", 1e-3, [], False),
+        ("drop", 1e-4, ["stop_time=0.4"], True),
+        ("load", 1e-3, [], False),
+        ("push", 1e-2, [], False),
+        ("pulse", 1e-3, ["stop_time=1.5"], True),
+    ],
+)
+def test_the_true_error_is_within_the_tolerance(
+    scene: str, tolerance: float, overrides: list[str], dynamic: bool
+) -> None:
+    found = model_selection.select(read(scene, [*overrides, f"fidelity.tolerance={tolerance}"]))
+    true = model_selection.audit(found)
+    assert true <= tolerance
+    assert found.found.estimate == pytest.approx(true, rel=0.3)
+    assert found.record()["choice"]["rod.dynamic"] is dynamic
+    assert len(found.record(true)["reasons"]) == len(found.ladder)
+    assert found.record(true)["budget"]["true_error"] == true
+
+
+@pytest.mark.parametrize("scene", ["drop", "load"])
+def test_where_nothing_is_heated_the_heat_rests(scene: str) -> None:
+    found = model_selection.select(read(scene, ["stop_time=0.2"]))
+    record = found.record()
+    assert record["choice"]["thermal.rests"] is True
+    assert record["reasons"][0].startswith("Heat: at rest, never stepped. Nothing is heated: no voltage at any time")
+    assert found.found.gaps["heat"] == 0.0
+    assert json.loads(found.result().attrs["members"])["thermal"]["rests"] is True
+    moved = found.runs.gap(found.found.choice, {**found.found.choice, "heat": 1}, 0.2)
+    found.runs.close()
+    assert moved == 0.0
+
+
+def test_other_quantities_need_other_models() -> None:
+    """A temperature needs nothing of the rod: it does not act on the heat here."""
+    found = model_selection.select(read("drop", ["stop_time=0.1", 'fidelity.quantities=["thermal.T"]']))
+    assert found.record()["choice"]["rod.dynamic"] is False
+    assert found.record()["choice"]["rod.order"] == 0
+
+
+def test_choices_are_near_the_cheapest_that_is_enough() -> None:
+    found = [model_selection.select(read("drop", ["stop_time=0.05", f"fidelity.tolerance={x}"])) for x in (1e-2, 1e-3)]
+    assert len(list(candidates(found[0].ladder, [f.found.choice for f in found]))) > 90
+    for tolerance, judged in zip((1e-2, 1e-3), model_selection.study(found), strict=True):
+        assert judged.chosen.error <= tolerance >= judged.best.error
+        assert judged.best.cost <= judged.chosen.cost
+        assert judged.ratio >= 1.0
+
+
+def test_what_is_dearer_than_all_choices_is_not_studied() -> None:
+    found = model_selection.select(read("drop", ["stop_time=0.02", "fidelity.tolerance=0.1"]))
+    judge = Judge([found])
+    chosen = judge.level(found.found.choice)
+    assert chosen.error <= 0.1
+    assert judge.level({**found.found.choice, "inertia": 0}).error > 0.1
+    judge.limit = 0.0
+    dear, finer = ({**found.found.choice, "strains": 3, "order": order} for order in (2, 3))
+    assert judge.level(dear).cost == math.inf
+    judge.limit = math.inf
+    assert judge.level(finer).cost == math.inf  # not tried: finer in one, and no coarser in anything
+    assert judge.level({**finer, "strains": 2}).cost < math.inf
+
+
+# -- commands and mistakes ---------------------------------------------------------------------------------------------
+
+
+def test_commands(tmp_path: Path) -> None:
+    done = tca("select", "load", "--tolerance", "1e-2", "--set", "stop_time=2", "--audit", folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "Quasi-static" in done.stdout
+    assert "true error" in done.stdout
+    record = json.loads(results.read(tmp_path / "results" / "load.select.nc").attrs["fidelity"])
+    assert record["budget"]["true_error"] <= 1e-2
+    auto = tca("run", "load", "--set", "fidelity.level=auto", "--set", "stop_time=1", folder=tmp_path)
+    assert auto.returncode == 0, auto.stderr
+    assert "Heat: at rest" in auto.stdout
+
+
+def test_a_search_says_what_it_is_at(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    texts: list[str] = []
+    scene = read("load", ["stop_time=0.2", "fidelity.level=auto"])
+    result = model_selection.run(scene, tell=texts.append)
+    assert [text.split(":")[0].split(",")[0] for text in texts] == [f"run {k + 1}" for k in range(len(texts))]
+    assert len(texts) == json.loads(result.attrs["fidelity"])["budget"]["runs"]
+    assert "heat at rest, all six strains, spatial, dynamic, order" in texts[0]
+    assert "last estimate" in texts[-1]
+    shown = io.StringIO()
+    terminal = Console(file=shown, force_terminal=True, width=200, _environ={"TERM": "xterm"})
+    monkeypatch.setattr(console, "out", terminal)
+    monkeypatch.chdir(tmp_path)
+    done = CliRunner().invoke(app, ["run", "load", "--set", "stop_time=0.2", "--set", "fidelity.level=auto"])
+    assert done.exit_code == 0
+    assert "load, run" in shown.getvalue()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["fit", "step", "--tolerance", "0.1"], "run `tca-cosim select step --tolerance 0.1`"),
+        (["select", "step", "--tolerance", "0"], "allowed: 1e-06 to 0.3"),
+        (["select", "step", "--tolerance", "nan"], "not finite"),
+        (["select", "step", "--tolerance", "much"], "fidelity.tolerance = 'much'"),
+        (["select", "step", "--of", "rod.tip"], "no Real output"),
+        (["select", "step", "--of", "rod.tip.p[1]"], "give the whole vector, 'rod.tip.p'"),
+        (["timing", "step", "--set", "fidelity.level=auto"], "use `tca-cosim run` or `tca-cosim select`"),
+    ],
+)
+def test_mistakes_are_one_message(arguments: list[str], said: str) -> None:
+    done = CliRunner().invoke(app, arguments)
+    assert done.exit_code == 2
+    assert said in done.output.replace("\n", " ")
+
+
+def test_mistakes_in_the_table() -> None:
+    for slip, said in (
+        ("fidelity=3", "wants a table"),
+        ("fidelity.level=some", "allowed: "),
+        ("fidelity.quantities=3", "wants a list of outputs"),
+        ('fidelity.quantities=["rod.T"]', "no Real output"),
+        ("fidelity.tolerence=1", "did you mean 'tolerance'"),
+    ):
+        with pytest.raises(SceneError, match=said):
+            read("step", [slip])
+
+
+def test_scenes_ask_for_given_models_unless_they_say_auto() -> None:
+    assert all(read(name).asked.level == "given" for name in titles())
