@@ -1,0 +1,45 @@
+"""Sphinx configuration of the documentation site: Markdown pages (MyST), theme furo, no network at build or view time."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+ROOT = Path(__file__).parent.parent
+
+project = "tca-cosim"
+author = "the tca-cosim authors"
+copyright = author
+version = release = re.search(r"project\(tca_cosim VERSION ([0-9.]+)", (ROOT / "CMakeLists.txt").read_text())[1]
+
+extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx-mathjax-offline", "sphinx_copybutton"]
+exclude_patterns = ["_build"]
+nitpicky = False
+
+# Markdown
+myst_enable_extensions = ["dollarmath", "attrs_inline", "colon_fence"]
+myst_heading_anchors = 4
+
+# Pages with {code-cell} blocks run while the site is built; a cell that fails fails the build.
+nb_execution_mode = "cache"
+nb_execution_raise_on_error = True
+nb_execution_timeout = 300
+nb_execution_show_tb = True
+nb_merge_streams = True
+copybutton_exclude = ".linenos, .gp, .go"
+
+# Python API
+autodoc_member_order = "bysource"
+autodoc_typehints = "signature"
+autodoc_preserve_defaults = True
+napoleon_google_docstring = False
+napoleon_numpy_docstring = True
+
+# HTML
+html_theme = "furo"
+html_title = f"tca-cosim {release}"
+html_static_path = ["static"]
+html_css_files = ["site.css"]
+html_copy_source = False
+html_show_copyright = False
+html_theme_options = {"top_of_page_buttons": []}
