@@ -2,8 +2,9 @@
 # make test     C++ and Python tests, formatters, linters
 # make fmus     fmus/thermal.fmu and fmus/rod.fmu
 # make portable both with binaries for Windows as well, and in build/wheel/ a wheel with them, which needs no compiler
-# make charts   docs/convergence.png, docs/chart_step.png, chart_drop.png, chart_tap.png: how the models converge, what accuracy costs
+# make charts   docs/figures/convergence.png, chart_step.png, chart_drop.png, chart_tap.png: how the models converge, what accuracy costs
 # make reference  docs/reference.md: every command, key and variable
+# make docs     build/site/index.html: the documentation; warnings are errors, no network at build or view time
 # make format   formats everything
 # Each sets up what it needs: system packages (on Debian), .venv, the package with its FMUs. WERROR=ON: as CI. pip is
 # verbose, or compiling would be minutes of silence.
@@ -17,7 +18,7 @@ SOURCES := $(CXX_FILES) $(shell find fmus thermal_fmu rod_fmu tests orchestratio
 WINDOWS = TCA_WIN64=ON $(addprefix FETCHCONTENT_SOURCE_DIR_SUNDIALS=,$(realpath $(VENV)/sundials))
 
 .NOTPARALLEL: # one build folder; what runs in it is parallel
-.PHONY: fmus portable demo test charts reference compiled format
+.PHONY: fmus portable demo test charts reference docs compiled format
 fmus: $(VENV)/installed
 
 portable: $(BUILD)/wheel/ready
@@ -30,8 +31,8 @@ compiled: $(VENV)/installed $(VENV)/tested
 	cmake --build $(BUILD)
 
 charts: compiled
-	python tests/bench/charts.py $(BUILD) docs/convergence.png
-	tca-cosim chart step drop tap --picture docs --workers 2
+	python tests/bench/charts.py $(BUILD) docs/figures/convergence.png
+	tca-cosim chart step drop tap --picture docs/figures --workers 2
 
 $(BUILD)/hosts/ready: .ci/hosts tests/hosts/pom.xml $(VENV)/tested
 	.ci/hosts $(BUILD)/hosts python
@@ -53,6 +54,9 @@ test: portable compiled $(BUILD)/hosts/ready
 
 reference: $(VENV)/installed
 	PYTHONPATH=. python docs/reference.py
+
+docs: $(VENV)/installed
+	python -m sphinx -q -W --keep-going -b html docs $(BUILD)/site
 
 format: $(VENV)/installed $(VENV)/tested
 	ruff check --fix .

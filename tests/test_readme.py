@@ -83,4 +83,4 @@ def test_the_fmpy_script_has_about_ten_lines() -> None:
 
 
 def test_the_figure_is_there() -> None:
-    assert (ROOT / "docs" / "fig3.png").stat().st_size > 10_000
+    assert (ROOT / "docs" / "figures" / "fig3.png").stat().st_size > 10_000
