@@ -1,4 +1,4 @@
-"""Sphinx configuration of the documentation site: Markdown pages (MyST), theme furo, no network at build or view time."""
+"""Sphinx configuration of the documentation: Markdown pages (MyST), theme furo, no network at build or view time."""
 
 from __future__ import annotations
 
