@@ -20,11 +20,11 @@ import fmpy
 import numpy as np
 import xarray as xr
 
-from ..fmi.archive import Variable
 from ..cosim.acceleration import spectral_radius
 from ..cosim.master import StepLog
-from ..scene import Member, Scene
 from ..files import atomic_write
+from ..fmi.archive import Variable
+from ..scene import Member, Scene
 
 __all__ = ["about", "arrays", "collect", "read", "scalars", "versions", "write"]
 
