@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <cstring>
 
-#include "pade.hpp"
+#include "pade/grid_rod.hpp"
 #include "rod_support.hpp"
 
 using namespace rod;

@@ -5,7 +5,7 @@
 #include <cstdlib>
 #include <new>
 
-#include "bdf.hpp"
+#include "integration/bdf.hpp"
 #include "rod_support.hpp"
 
 using namespace rod;

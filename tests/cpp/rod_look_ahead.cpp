@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "look_ahead.hpp"
+#include "integration/look_ahead.hpp"
 #include "rod_support.hpp"
 
 using namespace rod;

@@ -4,7 +4,7 @@
 #include <Eigen/Dense>
 #include <cmath>
 
-#include "pade.hpp"
+#include "pade/grid_rod.hpp"
 
 using namespace rod;
 using pade::tcas;

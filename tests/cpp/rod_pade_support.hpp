@@ -7,7 +7,7 @@
 #include <cmath>
 #include <vector>
 
-#include "pade.hpp"
+#include "pade/grid_rod.hpp"
 #include "rod_support.hpp"
 
 namespace rod_test {

@@ -4,10 +4,10 @@
 #include <cmath>
 #include <tuple>
 
-#include "quadrature.hpp"
+#include "mechanics/rotations.hpp"
+#include "numerics/quadrature.hpp"
+#include "physics/tca_law.hpp"
 #include "rod_support.hpp"
-#include "rotations.hpp"
-#include "tca.hpp"
 
 using namespace rod;
 using rod_test::Bench;

@@ -4,7 +4,7 @@
 
 #include <Eigen/LU>
 
-#include "rosenbrock_pairs.hpp"
+#include "integration/rosenbrock_tableaus.hpp"
 
 using namespace rod;
 

@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "integrator.hpp"
+#include "integration/integrator.hpp"
 
 namespace rod_test {
 

@@ -1,0 +1,49 @@
+// The paper's scheme as an engine.
+#include "fmu/engine.hpp"
+#include "pade/grid_rod.hpp"
+
+namespace rod {
+
+namespace {
+
+class GridEngine final : public Engine {
+ public:
+  explicit GridEngine(const Parameters& p) : rod_(p, Section::of(p), p.grid_points), scratch_(rod_.scratch()) {}
+
+  long evaluations() const override { return scratch_.evaluations; }
+
+  std::size_t memory_size() const override { return GridState::size(rod_.points()); }
+
+  void rest(std::span<double> memory) override {
+    GridState now = state(memory);
+    rod_.straighten(now);
+  }
+
+  bool settle(std::span<double> memory, const Loads& loads) override {
+    GridState now = state(memory);
+    return rod_.settle(loads, now, scratch_);
+  }
+
+  Advance step(std::span<double> memory, const Inputs& u, double h,
+               double) override {  // its step is the step asked for
+    GridState now = state(memory);
+    return rod_.step(u, h, now, scratch_);
+  }
+
+  void outputs(std::span<double> memory, const Loads& loads, Outputs& y) override {
+    GridState now = state(memory);
+    rod_.outputs(loads, now, y);
+  }
+
+ private:
+  GridState state(std::span<double> memory) const { return GridState(memory.data(), rod_.points()); }
+
+  GridRod rod_;
+  GridScratch scratch_;
+};
+
+}  // namespace
+
+std::unique_ptr<Engine> make_grid_engine(const Parameters& p) { return std::make_unique<GridEngine>(p); }
+
+}  // namespace rod

@@ -1,0 +1,40 @@
+// The rod as a model for the FMU runtime.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "fmu/engine.hpp"
+#include "model.hpp"
+#include "physics/data.hpp"
+
+namespace rod {
+
+class RodModel final : public fmu::Model {
+ public:
+  std::span<std::byte> data() override { return std::as_writable_bytes(std::span(&data_, 1)); }
+  std::span<double> memory() override { return memory_; }
+  void build() override;
+  void initialise(double t) override;
+  fmu::StepResult step(double t, double h) override;
+  void evaluate(double t) override;
+  std::string without_states() const override;
+  void get_states(std::span<double> x) override;
+  void set_states(std::span<const double> x) override;
+  std::string rates(double t, std::span<double> dx) override;
+  bool drift(std::span<double> rate) override;
+  bool rates_along(double t, std::span<const double> dx, std::span<double> ddx) override;
+
+ private:
+  /// The engine's part of the memory.
+  std::span<double> engine_memory() { return std::span(memory_).first(memory_.size() - 1); }
+  template <class Call>
+  auto counted(Call call);
+
+  Data data_;
+  std::vector<double> memory_;  // the engine's, then the count of evaluations
+  std::unique_ptr<Engine> engine_;
+  bool warned_ = false;  // of forces across a plane: once is enough
+};
+
+}  // namespace rod

@@ -1,0 +1,137 @@
+// Strain polynomials and the integrators for them as an engine.
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <vector>
+
+#include "fmu/engine.hpp"
+#include "integration/bdf.hpp"
+
+namespace rod {
+
+namespace {
+
+class StrainEngine final : public Engine {
+ public:
+  explicit StrainEngine(const Parameters& p) : rod_(p), dynamic_(p.dynamic), method_(p.method) {
+    if (method_ == Method::bdf) bdf_.emplace(rod_.unknowns());
+  }
+
+  long evaluations() const override { return rod_.evaluations(); }
+
+  std::size_t memory_size() const override { return State::size(rod_.unknowns()); }
+
+  void rest(std::span<double> memory) override { std::fill(memory.begin(), memory.end(), 0.0); }
+
+  bool settle(std::span<double> memory, const Loads& loads) override {
+    State now = state(memory);
+    return rod::settle(rod_, loads, now, scratch_);
+  }
+
+  Advance step(std::span<double> memory, const Inputs& u, double h, double tolerance) override {
+    State now = state(memory);
+    if (!dynamic_) return step_static(rod_, u, h, now, scratch_);
+    switch (method_) {
+      case Method::backward_euler:
+        return step_backward_euler(rod_, u, h, now, scratch_);
+      case Method::midpoint:
+        return step_midpoint(rod_, u, h, now, scratch_);
+      case Method::bdf:
+        return bdf_->step(rod_, u, h, tolerance, now, scratch_);
+      case Method::rosenbrock_3:
+        return step_rosenbrock_3(rod_, u, h, tolerance, now, scratch_);
+      case Method::rosenbrock:
+      case Method::pade_euler:  // has its own engine
+        break;
+    }
+    return step_rosenbrock(rod_, u, h, tolerance, now, scratch_);
+  }
+
+  void outputs(std::span<double> memory, const Loads& loads, Outputs& y) override {
+    const State now = state(memory);
+    rod_.look(now.q.data(), now.v.data(), loads, scratch_.newton.work);
+    rod_.outputs(now.q.data(), now.v.data(), loads, scratch_.newton.work, y);
+    y.energy_dissipated = now.dissipated;
+  }
+
+  bool drift(std::span<double> memory, const Loads& loads, const Loads& change, std::span<double> rate) override {
+    const State now = state(memory);
+    const Vector still = Vector::Zero(rod_.unknowns());
+    Work& work = scratch_.newton.work;
+    rod_.residual(now.q.data(), still.data(), still.data(), loads, work, scratch_.r);
+    Matrix K;
+    rod_.tangent(work, {.q = 1.0}, K);
+    Vector dr;
+    rod_.load_derivative(work, loads, change, dr);
+    std::ranges::fill(rate, 0.0);
+    state(rate).q = -K.lu().solve(dr);
+    return std::ranges::all_of(rate, [](double each) { return std::isfinite(each); });
+  }
+
+  void get_states(std::span<double> memory, std::span<double> x) const override {
+    const State now = state(memory);
+    show(now.q, now.v, now.dissipated, x);
+  }
+
+  void set_states(std::span<double> memory, std::span<const double> x) const override {
+    State now = state(memory);
+    rod_.from_states(x.data(), now.q.data());
+    rod_.from_states(x.data() + strain_states, now.v.data());
+    now.dissipated = x[2 * strain_states];
+    now.left = 0.0;
+  }
+
+  bool rates(std::span<const double> memory, const Loads& loads, std::span<double> dx) override {
+    copy_.assign(memory.begin(), memory.end());
+    State now = state(copy_);
+    if (!accelerate(rod_, loads, now, scratch_)) return false;
+    show(now.v, now.a, rod_.damping().dot(now.v.cwiseAbs2()), dx);
+    return true;
+  }
+
+  bool rates_along(std::span<const double> memory, const Loads& loads, const Loads& change, std::span<const double> dx,
+                   std::span<double> ddx) override {
+    copy_.assign(memory.begin(), memory.end());
+    State now = state(copy_);
+    if (!accelerate(rod_, loads, now, scratch_)) return false;
+    // r(q, v, a, u) = 0 at all times: M da = -(r_q dq + r_v dv + r_u du).
+    Work& work = scratch_.newton.work;
+    rod_.residual(now.q.data(), now.v.data(), now.a.data(), loads, work, scratch_.r);
+    std::vector<double> along(copy_.size());
+    set_states(along, dx);
+    State d = state(along);
+    Matrix J;
+    rod_.tangent(work, {.q = 1.0}, J);
+    Vector dr, r = J * d.q;
+    rod_.tangent(work, {.v = 1.0}, J);
+    r += J * d.v;
+    rod_.load_derivative(work, loads, change, dr);
+    r += dr;
+    rod_.tangent(work, {.a = 1.0}, J);
+    d.a = -J.lu().solve(r);
+    show(d.v, d.a, 2.0 * rod_.damping().cwiseProduct(now.v).dot(d.v), ddx);
+    return d.a.allFinite();
+  }
+
+ private:
+  State state(std::span<double> memory) const { return State(memory.data(), rod_.unknowns()); }
+
+  void show(const Eigen::Map<Vector>& first, const Eigen::Map<Vector>& second, double last, std::span<double> x) const {
+    rod_.to_states(first.data(), x.data());
+    rod_.to_states(second.data(), x.data() + strain_states);
+    x[2 * strain_states] = last;
+  }
+
+  Rod rod_;
+  bool dynamic_;
+  Method method_;
+  Scratch scratch_;
+  std::vector<double> copy_;  // scratch of rates()
+  std::optional<Bdf> bdf_;
+};
+
+}  // namespace
+
+std::unique_ptr<Engine> make_strain_engine(const Parameters& p) { return std::make_unique<StrainEngine>(p); }
+
+}  // namespace rod

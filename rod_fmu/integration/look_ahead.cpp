@@ -1,0 +1,62 @@
+#include "integration/look_ahead.hpp"
+
+#include <algorithm>
+#include <cstring>
+#include <limits>
+
+namespace rod {
+
+namespace {
+
+bool is_constant(const Inputs& u) {
+  const auto constant = [](const Polynomial& p) { return p[1] == 0.0 && p[2] == 0.0 && p[3] == 0.0; };
+  const auto all = [&](const auto& inputs) { return std::ranges::all_of(inputs, constant); };
+  return all(u.T) && all(u.delta_guess) && all(u.gravity) && all(u.tip_force) && all(u.tip_moment);
+}
+
+}  // namespace
+
+bool stand_still(const Inputs& u, State& state) {
+  if (!is_constant(u)) {
+    state.loads[0] = std::numeric_limits<double>::infinity();  // which no input can be
+    return false;
+  }
+  const Loads loads = loads_at(u, 0.0);
+  const bool same = std::memcmp(state.loads, &loads, sizeof loads) == 0;
+  std::memcpy(state.loads, &loads, sizeof loads);
+  return same;
+}
+
+void move_towards(const Rod& rod, double elapsed, State& state) {
+  const Moment& end = state.ahead;
+  const double T = state.left, x = elapsed / T, x2 = x * x, x3 = x2 * x, x4 = x3 * x, x5 = x4 * x;
+  const auto power = [&rod](const auto& v) { return rod.damping().dot(v.cwiseAbs2()); };
+  const double from = power(state.v), to = power(end.v);
+  const double heat = end.dissipated - state.dissipated;
+  state.dissipated += (3.0 * x2 - 2.0 * x3) * heat + T * ((x - 2.0 * x2 + x3) * from + (x3 - x2) * to);
+
+  // q - q0 = (q1 - q0) s + T v0 f0 + T v1 f1 + T^2 a0 g0 + T^2 a1 g1, and the first two derivatives of each factor.
+  struct Factors {
+    double s, f0, f1, g0, g1;
+  };
+  const Factors value{10.0 * x3 - 15.0 * x4 + 6.0 * x5, x - 6.0 * x3 + 8.0 * x4 - 3.0 * x5,
+                      -4.0 * x3 + 7.0 * x4 - 3.0 * x5, 0.5 * (x2 - 3.0 * x3 + 3.0 * x4 - x5),
+                      0.5 * (x3 - 2.0 * x4 + x5)};
+  const Factors first{30.0 * x2 - 60.0 * x3 + 30.0 * x4, 1.0 - 18.0 * x2 + 32.0 * x3 - 15.0 * x4,
+                      -12.0 * x2 + 28.0 * x3 - 15.0 * x4, 0.5 * (2.0 * x - 9.0 * x2 + 12.0 * x3 - 5.0 * x4),
+                      0.5 * (3.0 * x2 - 8.0 * x3 + 5.0 * x4)};
+  const Factors second{60.0 * x - 180.0 * x2 + 120.0 * x3, -36.0 * x + 96.0 * x2 - 60.0 * x3,
+                       -24.0 * x + 84.0 * x2 - 60.0 * x3, 0.5 * (2.0 - 18.0 * x + 36.0 * x2 - 20.0 * x3),
+                       0.5 * (6.0 * x - 24.0 * x2 + 20.0 * x3)};
+  for (int k = 0; k < rod.unknowns(); ++k) {
+    const double change = end.q[k] - state.q[k];
+    const double v0 = T * state.v[k], v1 = T * end.v[k], a0 = T * T * state.a[k], a1 = T * T * end.a[k];
+    const auto at = [&](const Factors& f) { return f.s * change + f.f0 * v0 + f.f1 * v1 + f.g0 * a0 + f.g1 * a1; };
+    state.q[k] += at(value);
+    state.v[k] = at(first) / T;
+    state.a[k] = at(second) / (T * T);
+  }
+  state.left -= elapsed;
+}
+
+}  // namespace rod

@@ -1,0 +1,109 @@
+#include "integration/newton.hpp"
+
+#include <cmath>
+
+namespace rod {
+
+namespace {
+
+constexpr int most_iterations = 40;
+constexpr double longest_correction = 1.0;  // of a strain coefficient: about a radian, or a stretch of 100 %
+constexpr double shortest_damping = 1.0 / 1024.0;
+
+/// Squared residual, each equation in units of its own stiffness.
+double merit(const Rod& rod, const Vector& r) { return (r.array() / rod.stiffness().array()).square().sum(); }
+
+}  // namespace
+
+void Newton::residual(const Rod& rod, const Stage& stage, const Loads& loads, const Vector& x) {
+  q_ = stage.q + stage.weights.q * x;
+  if (stage.moving) {
+    v_ = stage.v + stage.weights.v * x;
+    a_ = stage.a + stage.weights.a * x;
+    rod.residual(q_.data(), v_.data(), a_.data(), loads, work, r_);
+  } else {
+    rod.residual(q_.data(), nullptr, nullptr, loads, work, r_);
+  }
+  r_ -= target_;
+}
+
+NewtonResult Newton::iterate(const Rod& rod, const Stage& stage, const Loads& loads, double tolerance, Vector& x) {
+  NewtonResult result;
+  residual(rod, stage, loads, x);
+  double size = merit(rod, r_);
+  while (result.iterations < most_iterations && std::isfinite(size)) {
+    ++result.iterations;
+    rod.tangent(work, stage.weights, J_);
+    lu_.compute(J_);
+    change_ = lu_.solve(r_);
+    result.correction = stage.weights.q * change_.lpNorm<Eigen::Infinity>();
+    if (!std::isfinite(result.correction)) return result;
+
+    double damping = std::min(1.0, longest_correction / result.correction);
+    for (;; damping *= 0.5) {
+      trial_ = x - damping * change_;
+      residual(rod, stage, loads, trial_);
+      const double trial_size = merit(rod, r_);
+      if (trial_size <= (1.0 - 1e-4 * damping) * size || result.correction <= tolerance) {
+        x = trial_;
+        size = trial_size;
+        break;
+      }
+      if (damping < shortest_damping) return result;
+    }
+    if (damping == 1.0 && result.correction <= tolerance) {
+      result.converged = true;
+      return result;
+    }
+  }
+  return result;
+}
+
+NewtonResult Newton::solve(const Rod& rod, const Stage& stage, const Loads& loads, double tolerance, Vector& x) {
+  target_.setZero(rod.unknowns());
+  return iterate(rod, stage, loads, tolerance, x);
+}
+
+NewtonResult Newton::solve_linear(const Rod& rod, const Stage& stage, const Loads& loads, Vector& x) {
+  target_.setZero(rod.unknowns());
+  residual(rod, stage, loads, x);
+  rod.tangent(work, stage.weights, J_);
+  lu_.compute(J_);
+  x -= lu_.solve(r_);
+  return {.converged = x.allFinite(), .iterations = 1};
+}
+
+NewtonResult Newton::solve_far(const Rod& rod, const Stage& stage, const Loads& loads, double tolerance, Vector& x) {
+  const Vector start = x;
+  NewtonResult result = solve(rod, stage, loads, tolerance, x);
+  if (result.converged) return result;
+
+  Vector whole, here = start;
+  residual(rod, stage, loads, start);  // target_ is null here
+  whole = r_;
+  double done = 0.0, step = 0.25;
+  while (done < 1.0 && step > 1e-4) {
+    const double next = std::min(1.0, done + step);
+    target_ = (1.0 - next) * whole;
+    x = here;
+    const NewtonResult stretch = iterate(rod, stage, loads, tolerance, x);
+    result.iterations += stretch.iterations;
+    result.correction = stretch.correction;
+    if (stretch.converged) {
+      here = x;
+      done = next;
+      step *= 2.0;
+    } else {
+      step *= 0.25;
+    }
+  }
+  result.converged = done >= 1.0;
+  return result;
+}
+
+void Newton::drift(const Rod& rod, const Loads& loads, const Loads& rates, Vector& v) {
+  rod.load_derivative(work, loads, rates, r_);
+  v = -lu_.solve(r_);  // factored at the last iterate, which differs from the solution by less than the tolerance
+}
+
+}  // namespace rod

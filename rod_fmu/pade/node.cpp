@@ -1,0 +1,98 @@
+#include "pade/node.hpp"
+
+#include <cmath>
+
+namespace rod::pade {
+
+Eigen::Matrix3d hat(const Three& a) {
+  Eigen::Matrix3d m;
+  m << 0.0, -a[2], a[1], a[2], 0.0, -a[0], -a[1], a[0], 0.0;
+  return m;
+}
+
+Seen seen(const Three& before, const Three& w) {
+  // (1 - cos x)/x^2, sin(x)/x and (x - sin x)/x^3; their series where differences would cancel.
+  const double square = w.squaredNorm(), x = std::sqrt(square);
+  const bool small = x < 1e-2;
+  const double sinc = small ? 1.0 - square / 6.0 * (1.0 - square / 20.0) : std::sin(x) / x;
+  const double versine = small ? 0.5 - square / 24.0 * (1.0 - square / 30.0) : (1.0 - std::cos(x)) / square;
+  const double rest = small ? 1.0 / 6.0 - square / 120.0 * (1.0 - square / 42.0) : (1.0 - sinc) / square;
+  const Eigen::Matrix3d turn = hat(w), turn_2 = turn * turn;
+  const Three value = before - sinc * (turn * before) + versine * (turn_2 * before);
+  return {value, hat(value) * (Eigen::Matrix3d::Identity() - versine * turn + rest * turn_2)};
+}
+
+namespace {
+
+/// Adds the actuators to W and its derivatives, and evolves eps'.
+void add_actuators(const Before& before, const Unknowns& z, const PerTcaVector& N, Balance& out) {
+  const Three kappa = z.segment<3>(0), lambda = z.segment<3>(3);
+  const Three kappa_before = before.z.segment<3>(0), lambda_before = before.z.segment<3>(3);
+  for (int i = 0; i < tcas; ++i) {
+    const Three& r = before.r[i];
+    const Three u = lambda + kappa.cross(r) + before.r_slope[i];
+    const Three change = u - (lambda_before + kappa_before.cross(r) + before.r_slope[i]);
+    const double length = u.norm();
+    const Three t = u / length;
+    const Eigen::Matrix3d normal = (Eigen::Matrix3d::Identity() - t * t.transpose()) / length;
+    Eigen::Matrix<double, 6, 3> arm;  // transpose of du/dxi
+    arm << hat(r), Eigen::Matrix3d::Identity();
+    out.W_N.col(i) = arm * t;
+    out.W += N[i] * out.W_N.col(i);
+    out.W_z.leftCols<6>() += N[i] * (arm * normal * arm.transpose());
+    out.stretch[i] = before.stretch[i] + t.dot(change);
+    out.stretch_xi.col(i) = arm * (t + normal * change);
+  }
+}
+
+}  // namespace
+
+void balance(const Medium& medium, const Before& before, const Unknowns& z, const PerTcaVector& N, Balance& out) {
+  const Three kappa = z.segment<3>(0), lambda = z.segment<3>(3), w = z.segment<3>(6), v = z.segment<3>(9);
+  const Unknowns change = z - before.z;
+  const Eigen::Matrix3d K = hat(kappa), Lambda = hat(lambda), Omega = hat(w);
+
+  // Compatibility.
+  out.eta_slope = change.head<6>();
+  out.eta_slope.head<3>() -= kappa.cross(w);
+  out.eta_slope.tail<3>() -= lambda.cross(w) + kappa.cross(v);
+  out.eta_slope_z.setZero();
+  out.eta_slope_z.leftCols<6>().setIdentity();
+  out.eta_slope_z.block<3, 3>(0, 0) += Omega;
+  out.eta_slope_z.block<3, 3>(3, 0) = hat(v);
+  out.eta_slope_z.block<3, 3>(3, 3) += Omega;
+  out.eta_slope_z.block<3, 3>(0, 6) = -K;
+  out.eta_slope_z.block<3, 3>(3, 6) = -Lambda;
+  out.eta_slope_z.block<3, 3>(3, 9) = -K;
+
+  // The section's law.
+  out.W = medium.stiffness.cwiseProduct(z.head<6>() - medium.reference) + medium.damping.cwiseProduct(change.head<6>());
+  out.W_z.setZero();
+  out.W_z.leftCols<6>().diagonal() = medium.stiffness + medium.damping;
+  add_actuators(before, z, N, out);
+
+  // Balance of momentum: m' = -kappa x m - lambda x n + J w. + w x J w,  n' = -kappa x n - weight + mass (v. + w x v).
+  const Three m = out.W.head<3>(), n = out.W.tail<3>(), J = medium.inertia.head<3>(), mass = medium.inertia.tail<3>();
+  const Three spin = J.cwiseProduct(w), momentum = mass.cwiseProduct(v);
+  const Seen weight = seen(before.gravity, w);
+  out.W_slope.head<3>() = J.cwiseProduct(change.segment<3>(6)) + w.cross(spin) - kappa.cross(m) - lambda.cross(n);
+  out.W_slope.tail<3>() =
+      mass.cwiseProduct(change.segment<3>(9)) + w.cross(momentum) - kappa.cross(n) - medium.mass * weight.value;
+
+  const auto transport = [&](const auto& dW, auto&& dslope) {
+    dslope.template topRows<3>() = -K * dW.template topRows<3>() - Lambda * dW.template bottomRows<3>();
+    dslope.template bottomRows<3>() = -K * dW.template bottomRows<3>();
+  };
+  transport(out.W_N, out.W_slope_N);
+  transport(out.W_z, out.W_slope_z);
+  out.W_slope_z.block<3, 3>(0, 0) += hat(m);
+  out.W_slope_z.block<3, 3>(0, 3) += hat(n);
+  out.W_slope_z.block<3, 3>(3, 0) += hat(n);
+  out.W_slope_z.block<3, 3>(0, 6) += Omega * J.asDiagonal() - hat(spin);
+  out.W_slope_z.block<3, 3>(0, 6).diagonal() += J;
+  out.W_slope_z.block<3, 3>(3, 6) -= medium.mass * weight.slope + hat(momentum);
+  out.W_slope_z.block<3, 3>(3, 9) += Omega * mass.asDiagonal();
+  out.W_slope_z.block<3, 3>(3, 9).diagonal() += mass;
+}
+
+}  // namespace rod::pade
