@@ -7,8 +7,8 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 
-# Rooms of each model, lowest first: a file includes its own room and those before it. Only the last room may include the
-# FMI runtime, so the physics compiles without FMI.
+# Rooms of each model, lowest first: a file includes its own room and those before it. Only the last room may include
+# the FMI runtime, so the physics compiles without FMI.
 ROOMS = {"rod_fmu": ("numerics", "physics", "mechanics", "integration", "pade", "fmu")}
 
 
