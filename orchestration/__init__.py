@@ -12,15 +12,15 @@ from .api import Overrides, read, run
 from .errors import CosimError, CouplingError, SceneError, SubsystemError
 from .results.dataset import write
 from .scene import Coupling, Scene, titles
-from .visualization.accessor import Film, Looks
+from .visualization.accessor import GifImage, ResultAccessor
 
 __all__ = [
     "CosimError",
     "Coupling",
     "CouplingError",
-    "Film",
-    "Looks",
+    "GifImage",
     "Overrides",
+    "ResultAccessor",
     "Scene",
     "SceneError",
     "SubsystemError",

@@ -10,7 +10,7 @@ import xarray as xr
 
 from . import results
 from .cosim import acceleration, extrapolation
-from .cosim.frozen_subsystem import Resting
+from .cosim.frozen_subsystem import FrozenSubsystem
 from .cosim.graph import assemble
 from .cosim.master import Master, Settings, StepLog
 from .cosim.step_control import Control, Doubling, Embedded, Fixed
@@ -20,11 +20,11 @@ from .fmi.archive import Variable
 from .fmi.slave import Slave
 from .scene import Coupling, Member, Scene
 
-__all__ = ["Prepared", "prepared", "recorded", "run", "solved"]
+__all__ = ["OpenSimulation", "open_simulation", "recorded_variables", "run", "run_to_end"]
 
 
 @dataclass(frozen=True)
-class Prepared:
+class OpenSimulation:
     """A scene's FMUs, loaded, wired and initialised."""
 
     scene: Scene
@@ -40,10 +40,10 @@ class Prepared:
 
 
 @contextlib.contextmanager
-def prepared(scene: Scene) -> Iterator[Prepared]:
+def open_simulation(scene: Scene) -> Iterator[OpenSimulation]:
     """Everything that was loaded is freed at the end. Raises SubsystemError, CouplingError, and SceneError where the
     scene leaves its level open (fidelity.run chooses one)."""
-    if scene.asked.level == "auto":
+    if scene.accuracy.level == "auto":
         raise SceneError(
             f"{scene.name}: fidelity.level = 'auto': the models are not chosen yet; use `tca-cosim run` or "
             "`tca-cosim select`, or set fidelity.level = 'given'"
@@ -52,9 +52,9 @@ def prepared(scene: Scene) -> Iterator[Prepared]:
         for member in scene.members:
             stack.callback(member.archive.close)  # the extracted files; a later run extracts them again
         slaves = tuple(stack.enter_context(contextlib.closing(_slave(scene, member))) for member in scene.members)
-        rests = {m.name for m in scene.members if m.rests}
-        systems = tuple(Resting(slave) if slave.name in rests else slave for slave in slaves)
-        connections = [c for c in scene.connections if c.target[0] not in rests]
+        frozen = {m.name for m in scene.members if m.frozen}
+        systems = tuple(FrozenSubsystem(slave) if slave.name in frozen else slave for slave in slaves)
+        connections = [c for c in scene.connections if c.target[0] not in frozen]
         _adaptable(scene.coupling, systems)
         signals = {m.name: m.signals for m in scene.members}
         settings = _settings(scene.coupling)
@@ -62,20 +62,20 @@ def prepared(scene: Scene) -> Iterator[Prepared]:
         circuits = assemble(systems, connections, signals, settings.exchange, settings.waveform, jacobi)
         master = Master(circuits, settings, lambda: {system.name: system.record() for system in systems})
         master.initialise(0.0)
-        yield Prepared(scene, slaves, master)
+        yield OpenSimulation(scene, slaves, master)
 
 
 def run(scene: Scene, progress: Callable[[float], None] = lambda time: None) -> xr.Dataset:
     """The result (results.collect). Raises SubsystemError and CouplingError; what had been computed by then is the
     error's `partial`, whose status says why it ended."""
-    with prepared(scene) as ready:
-        return solved(ready, progress)
+    with open_simulation(scene) as ready:
+        return run_to_end(ready, progress)
 
 
-def solved(ready: Prepared, progress: Callable[[float], None] = lambda time: None) -> xr.Dataset:
+def run_to_end(ready: OpenSimulation, progress: Callable[[float], None] = lambda time: None) -> xr.Dataset:
     """run() of what is loaded already; once."""
     scene = ready.scene
-    names = {m.name: recorded(m) for m in scene.members}
+    names = {m.name: recorded_variables(m) for m in scene.members}
     first, logs = ready.master.observe(), []
     try:
         for log in ready.steps(progress):
@@ -94,17 +94,17 @@ def _slave(scene: Scene, member: Member) -> Slave:
         member.parameters,
         inputs=[*fed, *member.signals],
         outputs=list(dict.fromkeys(c.source[1] for c in scene.connections if c.source[0] == member.name)),
-        recorded=[v.name for v in recorded(member)],
+        recorded=[v.name for v in recorded_variables(member)],
         stop=scene.stop_time,
     )
 
 
-def recorded(member: Member) -> list[Variable]:
+def recorded_variables(member: Member) -> list[Variable]:
     """The variables of a member that a result shows: its Real inputs and outputs."""
     return [v for v in member.archive.variables.values() if v.type == "Real" and v.causality in ("input", "output")]
 
 
-def _adaptable(coupling: Coupling, systems: Sequence[Slave | Resting]) -> None:
+def _adaptable(coupling: Coupling, systems: Sequence[Slave | FrozenSubsystem]) -> None:
     rigid = [system.name for system in systems if not system.can_rollback]
     if rigid and coupling.control != "fixed":
         raise SubsystemError(

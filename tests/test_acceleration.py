@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from tca_cosim.cosim.acceleration import METHODS, Trace, solve
+from tca_cosim.cosim.acceleration import METHODS, IterationHistory, solve
 from tca_cosim.cosim.acceleration.relaxation import Relaxed
 
 TOLERANCE = 1e-8
@@ -32,9 +32,9 @@ class Loop:
         return self.matrix - np.eye(self.b.size) - np.diag(3.0 * self.cubic * self.last**2)
 
 
-def run(loop: Loop, method: object, trace: Trace | None = None, limit: int = 200):
+def run(loop: Loop, method: object, trace: IterationHistory | None = None, limit: int = 200):
     n = loop.b.size
-    trace = trace or Trace(n)
+    trace = trace or IterationHistory(n)
     trace.tangent = loop.tangent
     with np.errstate(over="ignore", invalid="ignore"):  # what diverges may do so to infinity
         return solve(loop, np.zeros(n), np.ones(n), method, trace, TOLERANCE, limit)
@@ -106,7 +106,7 @@ def test_evaluations_of_aitken(gains: list[float], cubic: float, most: int) -> N
 
 def test_tangents_that_are_not_those_of_a_step_give_way_to_differences() -> None:
     """A loop with a past: its outputs do not follow at once, so the derivative at an instant is 0."""
-    trace, loop = Trace(3), Loop([4.0, 4.0, 0.1])
+    trace, loop = IterationHistory(3), Loop([4.0, 4.0, 0.1])
     loop.tangent = lambda: -np.eye(3)
     assert run(loop, METHODS["tangent"](), trace).converged
     assert loop.count <= 7  # one more than of Newton with differences
@@ -131,7 +131,7 @@ def test_relaxation_converges_up_to_the_edge(gain: float) -> None:
 
 @pytest.mark.parametrize("method", ["iqn", "newton", "tangent", "broyden"])
 def test_the_next_step_starts_from_what_was_learnt(method: str) -> None:
-    trace, loop = Trace(1), Loop([4.0])
+    trace, loop = IterationHistory(1), Loop([4.0])
     run(loop, METHODS[method](), trace)
     loop.b, loop.count = -1.7 * loop.b, 0
     assert run(loop, METHODS[method](), trace).converged
@@ -141,21 +141,21 @@ def test_the_next_step_starts_from_what_was_learnt(method: str) -> None:
 def test_the_error_estimated_is_the_true_error() -> None:
     """For a gain of -4 the error of the guess is a fifth of the residual, and four fifths are left in what the sweep
     gave."""
-    trace, loop = Trace(1), Loop([4.0])
+    trace, loop = IterationHistory(1), Loop([4.0])
     run(loop, METHODS["iqn"](), trace)
     np.testing.assert_allclose(trace.secants.error(np.array([1.0])), 0.2, rtol=1e-10)
     assert trace.secants.gain == pytest.approx(4.0)
 
 
 def test_gain_is_found_while_diverging() -> None:
-    trace = Trace(3)
+    trace = IterationHistory(3)
     outcome = run(Loop([3.2, 1.6, 1.6]), METHODS["plain"](), trace)
     assert not outcome.converged
     assert trace.secants.gain == pytest.approx(3.2, rel=1e-3)
 
 
 def test_at_most_n_columns_and_none_dependent() -> None:
-    trace, loop = Trace(3), Loop([4.0, 4.0, 0.1], cubic=0.4)
+    trace, loop = IterationHistory(3), Loop([4.0, 4.0, 0.1], cubic=0.4)
     for _ in range(5):
         run(loop, METHODS["iqn"](), trace)
         loop.b = loop.b * 1.05
@@ -165,6 +165,6 @@ def test_at_most_n_columns_and_none_dependent() -> None:
 
 
 def test_not_a_number_ends_at_once() -> None:
-    outcome = solve(lambda x: x * np.nan, np.zeros(2), np.ones(2), METHODS["iqn"](), Trace(2), TOLERANCE, 50)
+    outcome = solve(lambda x: x * np.nan, np.zeros(2), np.ones(2), METHODS["iqn"](), IterationHistory(2), TOLERANCE, 50)
     assert not outcome.converged
     assert len(outcome.residuals) == 1

@@ -11,13 +11,13 @@ import pytest
 import tca_cosim as tca
 import xarray as xr
 from tca_cosim.scene import Scene
-from tca_cosim.simulation import prepared, solved
+from tca_cosim.simulation import open_simulation, run_to_end
 
 SHORT = ["stop_time=0.1", "rod.planar=true", "rod.order=2"]
 
 
 def resting(scene: Scene, name: str = "thermal") -> Scene:
-    return replace(scene, members=tuple(replace(m, rests=m.name == name) for m in scene.members))
+    return replace(scene, members=tuple(replace(m, frozen=m.name == name) for m in scene.members))
 
 
 class Counted:
@@ -36,11 +36,11 @@ class Counted:
 
 def watched(scene: Scene) -> tuple[xr.Dataset, dict[str, Counter[str]]]:
     """The result, and the calls of every FMU from the first macro step to the last."""
-    with prepared(scene) as ready:
+    with open_simulation(scene) as ready:
         libraries = {slave.name: Counted(slave.library) for slave in ready.slaves}
         for slave in ready.slaves:
             slave.library = libraries[slave.name]
-        return solved(ready), {name: library.calls.copy() for name, library in libraries.items()}
+        return run_to_end(ready), {name: library.calls.copy() for name, library in libraries.items()}
 
 
 @pytest.mark.parametrize("control", ["fixed", "doubling", "embedded"])
@@ -55,7 +55,7 @@ def test_nothing_heated_is_the_same_at_rest(control: str) -> None:
     assert set(still.data_vars) == set(moved.data_vars)
     for name, array in moved.data_vars.items():
         np.testing.assert_array_equal(still[name], array, err_msg=str(name))
-    assert json.loads(still.attrs["members"])["thermal"]["rests"] is True
+    assert json.loads(still.attrs["members"])["thermal"]["frozen"] is True
 
 
 def test_its_loop_is_open() -> None:

@@ -149,7 +149,7 @@ def test_every_rung_is_what_the_fmus_allow() -> None:
 def test_a_choice_closes_the_loop_inside_and_has_no_level_to_choose_any_more() -> None:
     scene = read("step", ["fidelity.level=auto", "coupling.method=plain", "coupling.control=doubling"])
     found = applied(scene, dict.fromkeys((a.name for a in ladder(scene)), 0))
-    assert found.asked.level == "given"
+    assert found.accuracy.level == "given"
     assert found.member("rod").value("closure") == 1
     assert [str(c) for c in found.connections if c.target[0] == "rod"] == [
         f"thermal.T[{k}] -> rod.T[{k}]" for k in (1, 2, 3)

@@ -12,7 +12,7 @@ import tca_cosim as tca
 from scipy.spatial.transform import Rotation
 from tca_cosim import results
 from tca_cosim.verification import reference
-from tca_cosim.verification.reference.dynamics import Mover
+from tca_cosim.verification.reference.dynamics import DynamicRod
 from tca_cosim.verification.reference.heat import HeatData, heat
 from tca_cosim.verification.reference.radau import NODES, LinearRadau
 from tca_cosim.verification.reference.rod import Loads, RodData, WireLaw
@@ -156,7 +156,7 @@ def test_a_watch_ends_the_search_for_an_equilibrium() -> None:
 @pytest.mark.parametrize("damped", [True, False])
 def test_release_meets_an_independent_code(damped: bool) -> None:
     """And without damping keeps its energy."""
-    mover = Mover(rod_data(1070.0, 27 / 28, 5e-3 if damped else 0.0, bare=True))
+    mover = DynamicRod(rod_data(1070.0, 27 / 28, 5e-3 if damped else 0.0, bare=True))
     falling, expected = loads(gravity=[9.81, 0.0, 0.0]), table("rod_release.csv")
     start = mover.resting(equilibrium(mover.data, loads(), mover.places()))
     states = mover.run(start, np.array([0.0, 0.05, 0.1]), lambda t: falling, 1e-6)
@@ -175,7 +175,7 @@ def test_discrete_rod_converges_at_second_order_to_the_same_release() -> None:
     """Degree 1 is a staggered grid; its extrapolation meets the table too."""
     falling, tips = loads(gravity=[9.81, 0.0, 0.0]), []
     for count in (6, 12, 24):
-        mover = Mover(rod_data(1070.0, 27 / 28, 5e-3, bare=True), count, 1)
+        mover = DynamicRod(rod_data(1070.0, 27 / 28, 5e-3, bare=True), count, 1)
         start = mover.resting(equilibrium(mover.data, loads(), mover.places()))
         tips.append(mover.snapshot(mover.run(start, np.array([0.0, 0.05]), lambda t: falling, 1e-6)[:, -1], falling).p)
     coarse, middle, fine = tips
@@ -188,7 +188,7 @@ def test_discrete_rod_converges_at_second_order_to_the_same_release() -> None:
 def test_the_moving_rod_stays_in_the_equilibrium_of_the_shooting_method() -> None:
     """TCAs hot, gravity and a wrench on the tip: all loads of the two methods at once."""
     pulled = loads([COLD + 20, COLD, COLD + 5], [3.0, 2.0, -4.0], [2e-3, 1e-3, -1e-3], [5e-6, 0.0, 2e-5])
-    mover = Mover(rod_data(retardation=5e-3))
+    mover = DynamicRod(rod_data(retardation=5e-3))
     rest = equilibrium(mover.data, pulled, mover.places())
     start = mover.resting(rest)
     last = mover.snapshot(mover.run(start, np.array([0.0, 0.1]), lambda t: pulled, 1e-6)[:, -1], pulled)

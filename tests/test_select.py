@@ -63,10 +63,10 @@ def test_the_true_error_is_within_the_tolerance(
 def test_where_nothing_is_heated_the_heat_rests(scene: str) -> None:
     found = model_selection.select(read(scene, ["stop_time=0.2"]))
     record = found.record()
-    assert record["choice"]["thermal.rests"] is True
+    assert record["choice"]["thermal.frozen"] is True
     assert record["reasons"][0].startswith("Heat: at rest, never stepped. Nothing is heated: no voltage at any time")
     assert found.found.gaps["heat"] == 0.0
-    assert json.loads(found.result().attrs["members"])["thermal"]["rests"] is True
+    assert json.loads(found.result().attrs["members"])["thermal"]["frozen"] is True
     moved = found.runs.gap(found.found.choice, {**found.found.choice, "heat": 1}, 0.2)
     found.runs.close()
     assert moved == 0.0
@@ -165,4 +165,4 @@ def test_mistakes_in_the_table() -> None:
 
 
 def test_scenes_ask_for_given_models_unless_they_say_auto() -> None:
-    assert all(read(name).asked.level == "given" for name in titles())
+    assert all(read(name).accuracy.level == "given" for name in titles())

@@ -10,7 +10,7 @@ import time
 from dataclasses import dataclass
 
 from ..scene import Scene
-from ..simulation import prepared
+from ..simulation import open_simulation
 
 __all__ = ["Timing", "measure"]
 
@@ -57,7 +57,7 @@ def measure(scene: Scene, repeats: int = 5) -> Timing:
 
 def _bare(scene: Scene) -> Timing:
     begin = time.thread_time()
-    with prepared(scene) as ready:
+    with open_simulation(scene) as ready:
         loaded = time.thread_time()
         logs = list(ready.steps())
         end = time.thread_time()
@@ -65,7 +65,7 @@ def _bare(scene: Scene) -> Timing:
 
 
 def _watched(scene: Scene) -> float:
-    with prepared(scene) as ready:
+    with open_simulation(scene) as ready:
         libraries = [_Watched(slave.library) for slave in ready.slaves]
         for slave, library in zip(ready.slaves, libraries, strict=True):
             slave.library = library

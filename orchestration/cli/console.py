@@ -62,7 +62,7 @@ def written(*what: object) -> None:
 
 def run(scene: Scene) -> xr.Dataset:
     """Runs a scene and shows how far it is; where its models are to be chosen, which ones it is at."""
-    if scene.asked.level == "given":
+    if scene.accuracy.level == "given":
         return watched(scene, lambda progress: run_scene(scene, progress))
     with busy(scene.name) as tell:
         return run_scene(scene, tell=tell)

@@ -63,7 +63,7 @@ def _rows(scenes: list[Scene], audit: bool, study: bool, folder: Path) -> Iterat
             model_selection.audit(f) if audit else None for f in founds
         ]
     for found, true, judgement in zip_longest(founds, errors, judged):
-        asked = found.scene.asked.tolerance
+        asked = found.scene.accuracy.tolerance
         path = folder / (
             f"{found.scene.name}.select.nc" if len(scenes) == 1 else f"{found.scene.name}.select.{asked:g}.nc"
         )

@@ -10,12 +10,12 @@ import numpy as np
 
 from ..errors import SubsystemError
 from .acceleration import METHODS as ITERATIONS
-from .acceleration import Method, Outcome, Trace, norm, solve
+from .acceleration import IterationHistory, Method, Outcome, norm, solve
 from .extrapolation import METHODS, Exchange, Sample, powers
 from .graph import Circuit, Link, Node
 from .step_error import StepError
 
-__all__ = ["Settings", "couple", "feed", "step_node"]
+__all__ = ["Settings", "feed", "solve_loop", "step_node"]
 
 
 @dataclass(frozen=True)
@@ -47,8 +47,13 @@ def step_node(node: Node, time: float, length: float, exchange: Exchange) -> Non
     node.now = node.sample(time + length)
 
 
-def couple(
-    circuit: Circuit, time: float, length: float, settings: Settings, trace: Trace, restore: Callable[[Circuit], None]
+def solve_loop(
+    circuit: Circuit,
+    time: float,
+    length: float,
+    settings: Settings,
+    trace: IterationHistory,
+    restore: Callable[[Circuit], None],
 ) -> Outcome:
     """The loop's nodes are at `time`; restore sets them back there. Raises StepError with the residuals and gain
     found."""

@@ -7,14 +7,14 @@ import numpy as np
 
 from .subsystem import Recorder
 
-__all__ = ["Resting"]
+__all__ = ["FrozenSubsystem"]
 
 
-class Resting:
+class FrozenSubsystem:
     """Behind the protocol of subsystem.py, for an instance whose outputs stay as they are: nothing drives it, or what
     drives it does not matter. Its rates are null."""
 
-    has_rates = can_rollback = takes_polynomials = rests = True
+    has_rates = can_rollback = takes_polynomials = frozen = True
 
     def __init__(self, instance: Recorder) -> None:
         self._instance = instance

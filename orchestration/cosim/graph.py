@@ -75,7 +75,7 @@ def assemble(
             into = [c for c in connections if c.target[0] == name]
             inside = [c for c in into if c.source[0] in loop.members and c not in loop.torn]
             nodes[name].given = _links(nodes, name, [c for c in into if c.source[0] not in loop.members])
-            nodes[name].moving = [link for link in nodes[name].given if not link.source.subsystem.rests]
+            nodes[name].moving = [link for link in nodes[name].given if not link.source.subsystem.frozen]
             nodes[name].forward = _links(nodes, name, inside)
             nodes[name].torn = _links(nodes, name, [c for c in into if c in loop.torn])
         circuits.append(_circuit(nodes, loop, waveform))

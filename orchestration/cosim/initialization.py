@@ -11,12 +11,12 @@ from collections.abc import Callable
 
 import numpy as np
 
-from .acceleration import METHODS, Trace, solve
+from .acceleration import METHODS, IterationHistory, solve
 from .extrapolation import Sample
 from .graph import Circuit, Columns, Node
 from .step_error import StepError, give_up
 
-__all__ = ["at_start", "behind_event"]
+__all__ = ["at_start", "reinitialize_after_event"]
 
 INSTANT = 1e-9  # [s] the side of an instant that counts is the later one
 
@@ -30,7 +30,7 @@ def at_start(circuit: Circuit, time: float, tolerance: float, max_sweeps: int) -
     _settle(circuit, time, visit, False, tolerance, max_sweeps)
 
 
-def behind_event(circuit: Circuit, time: float, tolerance: float, max_sweeps: int) -> None:
+def reinitialize_after_event(circuit: Circuit, time: float, tolerance: float, max_sweeps: int) -> None:
     """Values and rates of the outputs at the start of a step whose signals may have jumped; they become the only
     samples."""
 
@@ -75,7 +75,7 @@ def _settle(
         return
     first = _gather(circuit)
     scale = np.concatenate([np.tile(scale, 1 if node.now.rates is None else 2) for node, _, scale in circuit.unknowns])
-    trace = Trace(first.size)
+    trace = IterationHistory(first.size)
     outcome = solve(around, first, scale, METHODS["iqn"](), trace, tolerance, max_sweeps)
     if not outcome.converged:
         cause = "the outputs of the loop at one instant do not converge"

@@ -30,7 +30,7 @@ class Linear:
     has_rates: bool = True
     can_rollback: bool = True
     takes_polynomials: bool = True
-    rests: bool = False
+    frozen: bool = False
     state: np.ndarray = field(init=False)  # (n,)
     steps: int = field(default=0, init=False)  # counts step(), for tests
 

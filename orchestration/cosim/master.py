@@ -14,8 +14,8 @@ import numpy as np
 
 from ..errors import SubsystemError
 from . import initialization
-from .acceleration import Trace
-from .algebraic_loop import Settings, couple, feed, step_node
+from .acceleration import IterationHistory
+from .algebraic_loop import Settings, feed, solve_loop, step_node
 from .extrapolation import Sample
 from .graph import Circuit, Node
 from .step_error import StepError, give_up
@@ -55,7 +55,7 @@ class Master:
         self.nodes = tuple(node for circuit in circuits for node in circuit.nodes)
         self.settings = settings
         self.observe = observe
-        self._traces = {circuit: Trace(circuit.scale.size) for circuit in circuits}
+        self._traces = {circuit: IterationHistory(circuit.scale.size) for circuit in circuits}
         self._start = self.place()
         for circuit in circuits:
             rigid = [node.subsystem.name for node in circuit.nodes if not node.subsystem.can_rollback]
@@ -76,7 +76,7 @@ class Master:
     def arrive(self, time: float) -> None:
         """Behind an event: forgets what was before. Raises CouplingError, SubsystemError."""
         for circuit in self.circuits:
-            initialization.behind_event(circuit, time, self.settings.tolerance, self.settings.max_sweeps)
+            initialization.reinitialize_after_event(circuit, time, self.settings.tolerance, self.settings.max_sweeps)
 
     def advance(self, time: float, length: float) -> StepLog:
         """One coupled macro step [s]. Raises StepError with everything as it was."""
@@ -91,14 +91,14 @@ class Master:
                     step_node(circuit.nodes[0], time, length, self.settings.exchange)
                     continue
                 trace = self._traces[circuit]
-                outcome = couple(circuit, time, length, self.settings, trace, self._restore)
+                outcome = solve_loop(circuit, time, length, self.settings, trace, self._restore)
                 sweeps = max(sweeps, len(outcome.residuals))
                 residual = max(residual, outcome.residuals[-1])
                 error = max(error, outcome.error)
                 inverse = trace.secants.inverse
         except (SubsystemError, StepError) as failure:
             self._go_back(time, length, failure)
-            self._traces[circuit] = Trace(circuit.scale.size)  # what divergence taught misleads
+            self._traces[circuit] = IterationHistory(circuit.scale.size)  # what divergence taught misleads
             if isinstance(failure, StepError):
                 raise
             raise StepError(str(failure), reached=failure.reached) from failure
@@ -134,7 +134,7 @@ class Master:
     def restart(self, place: Checkpoint) -> None:
         """Back, as if nothing had been learned of the loops since. Raises SubsystemError as rewind."""
         self.rewind(place)
-        self._traces = {circuit: Trace(circuit.scale.size) for circuit in self.circuits}
+        self._traces = {circuit: IterationHistory(circuit.scale.size) for circuit in self.circuits}
 
     def release(self, place: Checkpoint) -> None:
         for node, handle in place.handles.items():

@@ -37,7 +37,7 @@ class Subsystem(Protocol):
     has_rates: bool  # whether rates() is offered
     can_rollback: bool  # whether save() and restore() are offered
     takes_polynomials: bool  # whether more than the first row of set_inputs counts
-    rests: bool  # whether its outputs stay as they are at the start
+    frozen: bool  # whether its outputs stay as they are at the start
 
     def initialise(self, time: float, values: np.ndarray) -> np.ndarray:
         """Outputs (n_y,) at the start time [s] for input values (n_u,)."""

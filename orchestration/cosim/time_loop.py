@@ -11,7 +11,7 @@ from .step_error import StepError, give_up
 
 __all__ = ["drive"]
 
-SLIVER = 1e-9  # share of a step below which two times are the same
+TIME_RTOL = 1e-9  # share of a step below which two times are the same
 SHORTER = 0.9  # share of a step that failed from which on a try again would be much the same, without end
 
 
@@ -30,25 +30,25 @@ def drive(
     time, wish, cap = start, control.step, math.inf
     least = control.step * 0.5**master.settings.halvings
     events = {t for t in breaks if start < t < stop}
-    near = SLIVER * control.step
+    near = TIME_RTOL * control.step
     marks = {t for t in marks if start < t < stop and all(abs(t - event) > near for event in events)}
     for place in sorted(events | marks | {stop}):
         if time in events:
             master.arrive(time)
         while time < place:
             remaining = place - time
-            length = remaining / max(1, math.ceil(remaining / min(wish, cap) - SLIVER))
+            length = remaining / max(1, math.ceil(remaining / min(wish, cap) - TIME_RTOL))
             try:
-                taken = control.take(master, time, length)
+                taken = control.attempt(master, time, length)
             except StepError as failure:
                 cap = _shorter(time, length, failure.reached, least)
-                if cap < least * (1.0 - SLIVER):
+                if cap < least * (1.0 - TIME_RTOL):
                     raise give_up(time, length, failure) from failure
                 continue
             wish = taken.following
             if taken.steps:
                 *earlier, last = taken.steps
-                if last.time != place and abs(place - last.time) <= SLIVER * length:
+                if last.time != place and abs(place - last.time) <= TIME_RTOL * length:
                     last = last._replace(time=place)
                 yield from (*earlier, last)
                 cap *= 2.0

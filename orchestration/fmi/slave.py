@@ -22,7 +22,7 @@ class Slave(Instance):
     """One instance for co-simulation."""
 
     kind = fmi2.FMU2Slave
-    rests = False
+    frozen = False
     _begun = False
 
     def _prepare(self, about: CoSimulation) -> None:

@@ -138,7 +138,7 @@ def _member(m: Member) -> dict[str, Any]:
         "fmu": m.archive.path.name,
         "guid": m.archive.guid,
         "parameters": values,
-        "rests": m.rests,
+        "frozen": m.frozen,
         "choices": {v: m.choice(v) for v, about in parameters.items() if about.items},
         "units": {v: about.unit for v, about in parameters.items() if about.unit != "1"},
         "signals": {name: [type(signal).__name__, vars(signal)] for name, signal in m.signals.items()},

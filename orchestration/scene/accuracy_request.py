@@ -10,11 +10,11 @@ from ..fmi.archive import Archive, similar
 from .schema import setting, settings
 from .validation import Layer
 
-__all__ = ["Asked", "read"]
+__all__ = ["AccuracyRequest", "read"]
 
 
 @dataclass(frozen=True)
-class Asked:
+class AccuracyRequest:
     """The table [fidelity] of a scene; beside the settings it has quantities, a list of outputs such as 'rod.tip.p'."""
 
     level: str = setting("given", "models as the scene sets them, or no more than it needs", choices=("given", "auto"))
@@ -22,7 +22,7 @@ class Asked:
     quantities: tuple[str, ...] = ()  # empty: the tip's position
 
 
-def read(layers: Sequence[Layer], archives: Mapping[str, Archive]) -> Asked:
+def read(layers: Sequence[Layer], archives: Mapping[str, Archive]) -> AccuracyRequest:
     """From the tables [fidelity]. archives: per member name. Raises SceneError."""
     tables: list[tuple[Layer, Mapping[str, Any]]] = []
     quantities: tuple[str, ...] = ()
@@ -33,7 +33,7 @@ def read(layers: Sequence[Layer], archives: Mapping[str, Archive]) -> Asked:
         tables.append((layer, {key: value for key, value in table.items() if key != "quantities"}))
         if "quantities" in table:
             quantities = _quantities(layer, table["quantities"], archives)
-    return replace(settings(Asked, tables, "fidelity."), quantities=quantities)
+    return replace(settings(AccuracyRequest, tables, "fidelity."), quantities=quantities)
 
 
 def _quantities(layer: Layer, raw: object, archives: Mapping[str, Archive]) -> tuple[str, ...]:

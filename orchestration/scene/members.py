@@ -21,7 +21,7 @@ _FMUS = {"thermal": "thermal.fmu", "rod": "rod.fmu"}
 
 @dataclass(frozen=True)
 class Member:
-    """One FMU of a scene: what is set once, and what drives its inputs. rests: a co-simulation takes no step of it, so
+    """One FMU of a scene: what is set once, and what drives its inputs. frozen: a co-simulation takes no step of it, so
     that its outputs stay as they are at the start (resting.py); no key of a scene, but chosen where it changes
     nothing."""
 
@@ -29,7 +29,7 @@ class Member:
     archive: Archive
     parameters: Mapping[str, Value]
     signals: Mapping[str, Signal]
-    rests: bool = False
+    frozen: bool = False
 
     def value(self, parameter: str) -> Value | None:
         """The value that holds, set or start; None where there is no such parameter."""

@@ -16,8 +16,8 @@ from ..cosim.extrapolation import METHODS as EXCHANGES
 from ..cosim.topology import Connection
 from ..fmi.archive import Archive
 from . import ssp_reader, summary, validation
-from .accuracy_request import Asked
-from .accuracy_request import read as read_asked
+from .accuracy_request import AccuracyRequest
+from .accuracy_request import read as read_accuracy_request
 from .connections import wired
 from .layers import find, load, merged, overriding
 from .members import Member, read_members
@@ -55,7 +55,7 @@ class Scene:
     members: tuple[Member, ...]
     connections: tuple[Connection, ...]
     coupling: Coupling
-    asked: Asked
+    accuracy: AccuracyRequest
     sources: tuple[tuple[str, str], ...]  # origin and text of every layer, for the record
 
     def __repr__(self) -> str:
@@ -83,7 +83,7 @@ KEYS = {
     "fidelity": "table: how much model to use, and what for",
     "NAME": "table of the FMU of that name: its parameters, and its inputs as constants or signals",
 }
-TABLES = {"coupling": Coupling, "fidelity": Asked}  # of settings
+TABLES = {"coupling": Coupling, "fidelity": AccuracyRequest}  # of settings
 _TOP = tuple(key for key in KEYS if key != "NAME")
 
 
@@ -111,7 +111,7 @@ def read(source: str | Path, overrides: Sequence[str] = (), archive: Callable[[P
         members=members,
         connections=wired({m.name: m for m in members}, top.get("connections")),
         coupling=_coupling(layers),
-        asked=read_asked(layers, {m.name: m.archive for m in members}),
+        accuracy=read_accuracy_request(layers, {m.name: m.archive for m in members}),
         sources=tuple((layer.origin, layer.text) for layer in layers),
     )
 

@@ -20,24 +20,24 @@ from ..errors import CosimError
 if TYPE_CHECKING:
     from .plots import Sheet
 
-__all__ = ["Film", "Looks"]
+__all__ = ["GifImage", "ResultAccessor"]
 
 
 @dataclass(frozen=True, repr=False)
-class Film:
+class GifImage:
     """A GIF: data, its bytes. Notebooks show it."""
 
     data: bytes
 
     def __repr__(self) -> str:
-        return f"<Film: GIF of {len(self.data) / 1e6:.1f} MB>"
+        return f"<GifImage: GIF of {len(self.data) / 1e6:.1f} MB>"
 
     def _repr_html_(self) -> str:
         return f'<img src="data:image/gif;base64,{base64.b64encode(self.data).decode()}">'
 
 
 @xr.register_dataset_accessor("tca")
-class Looks:
+class ResultAccessor:
     """Of a result of run()."""
 
     def __init__(self, result: xr.Dataset) -> None:
@@ -50,7 +50,7 @@ class Looks:
 
         return plot(self._result)
 
-    def animate(self, path: str | Path | None = None, frames: int = 100, fps: float = 20.0) -> Film | Path:
+    def animate(self, path: str | Path | None = None, frames: int = 100, fps: float = 20.0) -> GifImage | Path:
         """The manipulator in motion, coloured by temperature: at most `frames` pictures, evenly spread in time, shown
         at `fps` [1/s]. With a path writes .gif or .mp4 (extra `report`) and returns the path; without one returns a
         film for a notebook. Raises CosimError for another ending, for numbers out of range, and where the result has no
@@ -58,7 +58,7 @@ class Looks:
         from . import animation
 
         if path is None:
-            return Film(animation.gif(animation.images(self._result, frames), fps))
+            return GifImage(animation.gif(animation.images(self._result, frames), fps))
         animation.save(self._result, Path(path), frames, fps)
         return Path(path)
 

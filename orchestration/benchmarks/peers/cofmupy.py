@@ -27,7 +27,7 @@ from rich.table import Table
 from ...cosim.signals import Constant
 from ...errors import CosimError, SceneError
 from ...scene import Scene, read
-from ...simulation import prepared, recorded
+from ...simulation import open_simulation, recorded_variables
 from ...simulation import run as run_scene
 
 __all__ = ["OURS", "THEIRS", "Answer", "Row", "job", "ours", "parse", "rate", "show", "theirs"]
@@ -108,7 +108,7 @@ def parse(stdout: str) -> dict[str, Any]:
 
 def ours(scene: Scene, watch: Sequence[tuple[str, str]]) -> Answer:
     watched, failure = [], ""
-    with prepared(scene) as ready:
+    with open_simulation(scene) as ready:
         columns = [_column(scene, *end) for end in watch]
         begin = time.process_time()
         try:
@@ -143,7 +143,7 @@ def show(rows: Sequence[Row]) -> Table:
 
 
 def _column(scene: Scene, member: str, variable: str) -> tuple[str, int]:
-    return member, [v.name for v in recorded(scene.member(member))].index(variable)
+    return member, [v.name for v in recorded_variables(scene.member(member))].index(variable)
 
 
 def _ask(python: Path, what: dict[str, Any], folder: Path) -> dict[str, Any]:

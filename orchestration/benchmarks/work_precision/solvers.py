@@ -18,7 +18,7 @@ from ...fmi.archive import Variable
 from ...fmi.slave import Slave
 from ...scene import Member, Scene, read
 from ...scene.loop_closure import closed_inside
-from ...simulation import prepared, recorded
+from ...simulation import open_simulation, recorded_variables
 from ...studies.model_selection import select
 from ...studies.model_selection.hierarchy import applied, ladder
 from ...verification import monolith, reference
@@ -67,7 +67,7 @@ class CoSimulation:
     def _load(self, scene: Scene, times: np.ndarray) -> None:
         self.scene = scene
         self._times, self._open = times, contextlib.ExitStack()
-        self._ready = self._open.enter_context(prepared(self.scene))
+        self._ready = self._open.enter_context(open_simulation(self.scene))
         master = self._ready.master
         self._start = master.place()
         self._open.callback(master.release, self._start)
@@ -86,7 +86,7 @@ class CoSimulation:
             self.work, self._counters = float(np.nansum(found)) if np.isfinite(found).any() else np.nan, []
 
     def result(self) -> xr.Dataset:
-        names: dict[str, Sequence[Variable]] = {m.name: recorded(m) for m in self.scene.members}
+        names: dict[str, Sequence[Variable]] = {m.name: recorded_variables(m) for m in self.scene.members}
         return results.collect(self.scene, names, self._first, self._logs, "complete")
 
     def close(self) -> None:
@@ -97,7 +97,7 @@ class _Counter:
     """Watches the output `evaluations` of an FMU, if it has one, which a restored state sets back."""
 
     def __init__(self, member: Member, slave: Slave) -> None:
-        names = [variable.name for variable in recorded(member)]
+        names = [variable.name for variable in recorded_variables(member)]
         self._slave, self._total = slave, np.nan
         if COUNT in names:
             self._place, self._total = names.index(COUNT), 0.0

@@ -15,13 +15,13 @@ import numpy as np
 from .aitken import Aitken
 from .broyden import Broyden
 from .fixed_point import Plain
-from .history import Method, Trace
+from .history import IterationHistory, Method
 from .newton import Newton, Tangent
 from .quasi_newton import IQN
 from .relaxation import Relaxed
 from .secants import Secants, norm, spectral_radius
 
-__all__ = ["METHODS", "Method", "Outcome", "Secants", "Trace", "norm", "solve", "spectral_radius"]
+__all__ = ["METHODS", "IterationHistory", "Method", "Outcome", "Secants", "norm", "solve", "spectral_radius"]
 
 METHODS: dict[str, type] = {
     "plain": Plain,
@@ -52,7 +52,7 @@ def solve(
     x: np.ndarray,
     scale: np.ndarray,
     method: Method,
-    trace: Trace,
+    trace: IterationHistory,
     tolerance: float,
     limit: int,
 ) -> Outcome:

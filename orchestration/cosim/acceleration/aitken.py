@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .history import Trace, first_step
+from .history import IterationHistory, first_step
 
 __all__ = ["Aitken"]
 
@@ -16,7 +16,7 @@ __all__ = ["Aitken"]
 class Aitken:
     omega: float = 0.5  # of the first update of a run; later steps start from the last omega of the step before
 
-    def update(self, trace: Trace) -> np.ndarray:
+    def update(self, trace: IterationHistory) -> np.ndarray:
         r = trace.r[-1]
         if len(trace.r) > 1:
             dx, dr = trace.x[-1] - trace.x[-2], r - trace.r[-2]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .history import Trace, first_step
+from .history import IterationHistory, first_step
 
 __all__ = ["Broyden"]
 
@@ -16,7 +16,7 @@ __all__ = ["Broyden"]
 class Broyden:
     omega: float = 0.25  # of the first update of a run
 
-    def update(self, trace: Trace) -> np.ndarray:
+    def update(self, trace: IterationHistory) -> np.ndarray:
         r, jacobian = trace.r[-1], trace.memory
         if len(trace.r) > 1:
             dx, dr = trace.x[-1] - trace.x[-2], r - trace.r[-2]

@@ -6,12 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .history import Trace
+from .history import IterationHistory
 
 __all__ = ["Plain"]
 
 
 @dataclass(frozen=True)
 class Plain:
-    def update(self, trace: Trace) -> np.ndarray:
+    def update(self, trace: IterationHistory) -> np.ndarray:
         return trace.r[-1]

@@ -10,14 +10,14 @@ import numpy as np
 
 from .secants import Secants, norm
 
-__all__ = ["PROBE", "Method", "Trace", "first_step"]
+__all__ = ["MAX_BLIND_STEP", "IterationHistory", "Method", "first_step"]
 
-PROBE = (
+MAX_BLIND_STEP = (
     0.02  # longest step into the unknown, in nominals: just long enough to learn from, since the gain may be anything
 )
 
 
-class Trace:
+class IterationHistory:
     """x, r: guesses and residuals (n,) of the present macro step, in units of the nominals."""
 
     def __init__(self, n: int) -> None:
@@ -35,11 +35,11 @@ class Trace:
 
 
 class Method(Protocol):
-    def update(self, trace: Trace) -> np.ndarray:
+    def update(self, trace: IterationHistory) -> np.ndarray:
         """The change (n,) of the guess after the newest residual, in units of the nominals."""
 
 
 def first_step(omega: float, r: np.ndarray) -> np.ndarray:
-    """omega r, where nothing is known of the loop no longer than PROBE."""
+    """omega r, where nothing is known of the loop no longer than MAX_BLIND_STEP."""
     length = omega * norm(r)
-    return omega * r * min(1.0, PROBE / length if length else 1.0)
+    return omega * r * min(1.0, MAX_BLIND_STEP / length if length else 1.0)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from .history import Trace
+from .history import IterationHistory
 
 __all__ = ["Newton", "Tangent"]
 
@@ -35,7 +35,7 @@ class Newton:
     step: float = 1e-5  # perturbation, in units of the nominals
     contraction: float = 0.1  # a Jacobian that reduces the residual by less is renewed
 
-    def update(self, trace: Trace) -> np.ndarray:
+    def update(self, trace: IterationHistory) -> np.ndarray:
         x, r = trace.x[-1], trace.r[-1]
         memory = trace.memory = trace.memory or _Memory()
         if len(trace.r) == 1:  # a new macro step: the Jacobian stays, all else is of the step before
@@ -52,7 +52,7 @@ class Newton:
         memory.last = norm
         return np.linalg.solve(memory.jacobian, -r)
 
-    def _tangent(self, trace: Trace, memory: _Memory, norm: float) -> np.ndarray | None:
+    def _tangent(self, trace: IterationHistory, memory: _Memory, norm: float) -> np.ndarray | None:
         """dr/dx (n, n) at the present guess without a sweep; None: not known."""
         return None
 
@@ -76,7 +76,7 @@ class Tangent(Newton):
     as a quasi-static rod's do. A Jacobian of them that does not even halve the residual is of a loop with a past, where
     perturbed sweeps take over for good."""
 
-    def _tangent(self, trace: Trace, memory: _Memory, norm: float) -> np.ndarray | None:
+    def _tangent(self, trace: IterationHistory, memory: _Memory, norm: float) -> np.ndarray | None:
         if memory.is_tangent and norm > 0.5 * memory.last:
             memory.tangents = False
         found = trace.tangent() if memory.tangents else None

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .history import Trace
+from .history import IterationHistory
 
 __all__ = ["Relaxed"]
 
@@ -15,5 +15,5 @@ __all__ = ["Relaxed"]
 class Relaxed:
     omega: float = 0.5
 
-    def update(self, trace: Trace) -> np.ndarray:
+    def update(self, trace: IterationHistory) -> np.ndarray:
         return self.omega * trace.r[-1]

@@ -1,4 +1,4 @@
-"""How long a macro step is. A control is a small frozen value with take(master, t, h) -> Taken: it tries a step of
+"""How long a macro step is. A control is a small frozen value with attempt(master, t, h) -> StepResult: it tries a step of
 length h and says what was accepted and which length it would take next. Master.StepError passes through; the driver
 halves and retries."""
 
@@ -7,6 +7,6 @@ from __future__ import annotations
 from .doubling import Doubling
 from .embedded import Embedded
 from .fixed import Fixed
-from .taken import Control, Taken
+from .taken import Control, StepResult
 
-__all__ = ["Control", "Doubling", "Embedded", "Fixed", "Taken"]
+__all__ = ["Control", "Doubling", "Embedded", "Fixed", "StepResult"]

@@ -7,14 +7,14 @@ from dataclasses import dataclass
 
 from ..master import Master
 from .adaptive import Adaptive
-from .taken import Taken
+from .taken import StepResult
 
 __all__ = ["Doubling"]
 
 
 @dataclass(frozen=True)
 class Doubling(Adaptive):
-    def take(self, master: Master, time: float, length: float) -> Taken:
+    def attempt(self, master: Master, time: float, length: float) -> StepResult:
         order = master.settings.waveform.order
         start = master.place()
         try:
@@ -29,8 +29,8 @@ class Doubling(Adaptive):
             following = self.following(length, error, order + 1.0, 6.0)
             if self.rejects(length, error):
                 master.rewind(start)
-                return Taken((), following)
-            return Taken(steps, following)
+                return StepResult((), following)
+            return StepResult(steps, following)
         except BaseException:
             if start.handles:
                 master.rewind(start)

@@ -11,7 +11,7 @@ import numpy as np
 from ..extrapolation import METHODS, Sample
 from ..master import Master
 from .adaptive import Adaptive
-from .taken import Taken
+from .taken import StepResult
 
 __all__ = ["Embedded"]
 
@@ -21,19 +21,19 @@ NEEDED = {"held": 2, "linear": 3, "quadratic": 3, "hermite": 3}  # samples for t
 
 @dataclass(frozen=True)
 class Embedded(Adaptive):
-    def take(self, master: Master, time: float, length: float) -> Taken:
+    def attempt(self, master: Master, time: float, length: float) -> StepResult:
         start = master.place()
         try:
             master.save(start)
             log = master.advance(time, length)
             error = self._error(master, time, length)
             if error is None:
-                return Taken((log,), length)
+                return StepResult((log,), length)
             following = self.following(length, error, min(master.settings.waveform.order, 3), 2.0)
             if self.rejects(length, error):
                 master.rewind(start)
-                return Taken((), following)
-            return Taken((log,), following)
+                return StepResult((), following)
+            return StepResult((log,), following)
         finally:
             master.release(start)
 

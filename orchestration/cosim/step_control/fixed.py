@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ..master import Master
-from .taken import Taken
+from .taken import StepResult
 
 __all__ = ["Fixed"]
 
@@ -14,5 +14,5 @@ __all__ = ["Fixed"]
 class Fixed:
     step: float  # [s]
 
-    def take(self, master: Master, time: float, length: float) -> Taken:
-        return Taken((master.advance(time, length),), self.step)
+    def attempt(self, master: Master, time: float, length: float) -> StepResult:
+        return StepResult((master.advance(time, length),), self.step)

@@ -6,10 +6,10 @@ from typing import NamedTuple, Protocol
 
 from ..master import Master, StepLog
 
-__all__ = ["Control", "Taken"]
+__all__ = ["Control", "StepResult"]
 
 
-class Taken(NamedTuple):
+class StepResult(NamedTuple):
     steps: tuple[StepLog, ...]  # accepted, in order; empty: rejected, try `following`
     following: float  # length wished for next [s]
 
@@ -19,4 +19,4 @@ class Control(Protocol):
     def step(self) -> float:
         """First length [s]."""
 
-    def take(self, master: Master, time: float, length: float) -> Taken: ...
+    def attempt(self, master: Master, time: float, length: float) -> StepResult: ...

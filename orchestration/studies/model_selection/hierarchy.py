@@ -14,7 +14,7 @@ from .symmetry import plane
 
 __all__ = ["REST", "Axis", "Choice", "Ladder", "applied", "ladder", "settings"]
 
-REST = "rests"  # the one key here that is no parameter of an FMU: of a member that is never stepped
+REST = "frozen"  # the one key here that is no parameter of an FMU: of a member that is never stepped
 Value = float | int | bool | str
 Choice = Mapping[str, int]  # axis -> rung
 
@@ -118,8 +118,8 @@ def applied(scene: Scene, choice: Choice) -> Scene:
         for m in scene.members
     )
     coupling = replace(scene.coupling, macro_step=float(chosen["coupling.macro_step"]), control="fixed")
-    asked = replace(scene.asked, level="given")
-    return closed_inside(replace(scene, members=members, coupling=coupling, asked=asked))
+    accuracy = replace(scene.accuracy, level="given")
+    return closed_inside(replace(scene, members=members, coupling=coupling, accuracy=accuracy))
 
 
 def _set(member: Member, chosen: Mapping[str, Value]) -> Member:
@@ -129,5 +129,5 @@ def _set(member: Member, chosen: Mapping[str, Value]) -> Member:
         member,
         archive=kept(member.archive.path),
         parameters={**member.parameters, **indices},
-        rests=member.rests or bool(chosen.get(REST)),
+        frozen=member.frozen or bool(chosen.get(REST)),
     )

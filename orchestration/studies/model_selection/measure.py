@@ -39,7 +39,7 @@ class Course:
 
 def quantities(scene: Scene) -> dict[str, Quantity]:
     """What the scene asks for, by name. Raises SceneError."""
-    names = scene.asked.quantities
+    names = scene.accuracy.quantities
     if not names:
         rod = scene.model(DEFAULT[0])
         if rod is None:

@@ -15,7 +15,7 @@ from ... import results
 from ...cosim.master import StepLog
 from ...errors import CosimError
 from ...scene import Scene
-from ...simulation import prepared, recorded
+from ...simulation import open_simulation, recorded_variables
 from .hierarchy import Choice, applied
 from .measure import Course, Quantity, error, quantities
 
@@ -61,7 +61,7 @@ class Run:
         times = np.array([0.0, *(log.time for log in self._logs[: len(rows) - 1])])
         values = {}
         for name, quantity in asked.items():
-            places = {v.name: k for k, v in enumerate(recorded(self.scene.member(quantity.member)))}
+            places = {v.name: k for k, v in enumerate(recorded_variables(self.scene.member(quantity.member)))}
             columns = [places[element] for element in quantity.elements]
             values[name] = np.array([row[quantity.member][columns] for row in rows])
         return Course(times, values)
@@ -80,7 +80,7 @@ class Run:
 
     def _go(self, stop: float, limit: float) -> bool:
         if self._steps is None:
-            ready = self._open.enter_context(prepared(self.scene))
+            ready = self._open.enter_context(open_simulation(self.scene))
             self._first, self._steps = ready.master.observe(), ready.steps(self._watch)
         before, begin = self.cost, time.thread_time()
         for log in self._steps:
@@ -91,7 +91,7 @@ class Run:
         return self._beyond(stop)
 
     def _collected(self, status: str) -> xr.Dataset:
-        names = {m.name: recorded(m) for m in self.scene.members}
+        names = {m.name: recorded_variables(m) for m in self.scene.members}
         return results.collect(self.scene, names, self._first, self._logs, status)
 
 

@@ -54,7 +54,7 @@ class Selection:
             "choice": settings(self.scene, self.found.choice),
             "reasons": reasons(self.ladder, self.found, self.numbers),
             "budget": {
-                "tolerance": self.scene.asked.tolerance,
+                "tolerance": self.scene.accuracy.tolerance,
                 "quantities": list(self.runs.asked),
                 **{name: share if math.isfinite(share) else None for name, share in shares.items()},
                 "runs": self.runs.made,
@@ -96,7 +96,7 @@ def select(
     Raises CosimError where no level meets the tolerance, SceneError where nothing is asked for."""
     begin = time.thread_time()
     axes = ladder(scene) if axes is None else axes
-    screened, tolerance = numbers(scene), scene.asked.tolerance
+    screened, tolerance = numbers(scene), scene.accuracy.tolerance
     stop, macro = scene.stop_time, scene.coupling.macro_step
     window = min(stop, max(1.0, round(SEEN * stop / macro)) * macro)
     said = _Account(tell, axes)
@@ -111,7 +111,9 @@ def audit(found: Selection) -> float:
     """The true error of a choice, over the whole scene."""
     choice, runs = found.found.choice, found.runs
     with contextlib.closing(runs):
-        return runs.gap(choice, truth(runs, found.ladder, [choice], found.scene.asked.tolerance), found.scene.stop_time)
+        return runs.gap(
+            choice, truth(runs, found.ladder, [choice], found.scene.accuracy.tolerance), found.scene.stop_time
+        )
 
 
 def run(
@@ -119,4 +121,4 @@ def run(
 ) -> xr.Dataset:
     """simulate.run, with the models chosen where the scene says level = "auto"; tell hears of that, progress of the
     time that a run with given models has come to."""
-    return simulation.run(scene, progress) if scene.asked.level == "given" else select(scene, tell).result()
+    return simulation.run(scene, progress) if scene.accuracy.level == "given" else select(scene, tell).result()

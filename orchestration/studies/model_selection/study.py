@@ -81,7 +81,7 @@ class Judge:
         self._stop = self._runs.scene.stop_time
         choices = [found.found.choice for found in founds]
         with contextlib.closing(self._runs):
-            best = truth(self._runs, founds[0].ladder, choices, min(f.scene.asked.tolerance for f in founds))
+            best = truth(self._runs, founds[0].ladder, choices, min(f.scene.accuracy.tolerance for f in founds))
             self._truth = self._runs(best, self._stop).course(self._runs.asked, self._stop)
         self._dear: list[Choice] = []
         self.limit = math.inf
@@ -102,12 +102,12 @@ class Judge:
 
 
 def _judged(found: Selection, chosen: Level, levels: Sequence[Level]) -> Study:
-    good = [level for level in levels if level.error <= found.scene.asked.tolerance and level is not chosen]
+    good = [level for level in levels if level.error <= found.scene.accuracy.tolerance and level is not chosen]
     deciding = [chosen, *sorted(good, key=lambda level: level.cost)[:_DECIDING]]
     repeats = min(_REPEATS, math.ceil(_REPEATS * _QUIET / chosen.cost))
     rounds = [[_cost(found, level.choice) for level in deciding] for _ in range(repeats)]
     again = [Level(v.choice, v.error, min(costs)) for v, *costs in zip(deciding, *rounds, strict=True)]
-    enough = [level for level in again if level.error <= found.scene.asked.tolerance]
+    enough = [level for level in again if level.error <= found.scene.accuracy.tolerance]
     return Study(tuple(levels), again[0], min(enough or again, key=lambda level: level.cost))
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from ...errors import CouplingError, SceneError
 from ...results.dataset import about
 from ...scene import Member, Scene, read
-from ...simulation import prepared
+from ...simulation import open_simulation
 from .study import Panel, Study
 from .theory import Beam, limit
 from .verdict import Verdict, alternating_growth, failed, succeeded
@@ -87,7 +87,7 @@ def judge(
     }
     scene = read(source, [*FIRST, *overrides, *(f"{key}={value}" for key, value in own.items())])
     try:
-        with prepared(scene) as ready:
+        with open_simulation(scene) as ready:
             rod = next(slave for slave in ready.slaves if slave.name == "rod")
             ready.master.observe = rod.values
             logs = list(ready.steps())

@@ -17,7 +17,7 @@ from ...fmi.archive import similar
 from ...scene import Scene
 from ...scene.schema import setting, settings
 from ...scene.validation import Layer
-from ...simulation import recorded
+from ...simulation import recorded_variables
 from . import design, parameter
 from .parameter import Axis
 
@@ -109,7 +109,7 @@ def read(source: str | Path, runs: int | None = None, overrides: Sequence[str] =
     beside = path.parent / known["scene"]
     where = str(beside) if beside.is_file() else known["scene"]
     base = scene.read(where, held := (*texts["set"], *overrides))
-    if base.asked.level == "auto":
+    if base.accuracy.level == "auto":
         remedy = "add to set what `tca-cosim select` finds, and 'fidelity.level=given'"
         layer.refuse("scene", known["scene"], f"fidelity.level = 'auto' would choose anew in every run; {remedy}")
     if not isinstance(known["parameters"], Mapping):
@@ -167,7 +167,7 @@ def _outputs(layer: Layer, base: Scene, names: Sequence[str]) -> tuple[str, ...]
 def _columns(base: Scene) -> dict[str, tuple[tuple[str, ...], tuple[int, ...], dict[str, str]]]:
     found = {}
     for member in base.members:
-        variables = recorded(member)
+        variables = recorded_variables(member)
         for name, (dims, empty, about) in results.arrays(member.name, variables, np.empty((0, len(variables)))).items():
             found[name] = dims[1:] if len(dims) > 1 else (), empty.shape[1:], about
     return found

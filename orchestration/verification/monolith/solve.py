@@ -19,7 +19,7 @@ from ...errors import SubsystemError
 from ...fmi.archive import Variable
 from ...scene import Scene
 from ...scene.loop_closure import closed_inside
-from ...simulation import recorded
+from ...simulation import recorded_variables
 from .system import Piece, System, assembled
 
 __all__ = ["course", "logged", "result", "run"]
@@ -59,7 +59,7 @@ def logged(
 
 
 def result(scene: Scene, logs: Sequence[StepLog], tolerance: float) -> xr.Dataset:
-    names: dict[str, Sequence[Variable]] = {m.name: recorded(m) for m in scene.members}
+    names: dict[str, Sequence[Variable]] = {m.name: recorded_variables(m) for m in scene.members}
     dataset = results.collect(scene, names, logs[0].record, logs[1:], "complete")
     dataset.attrs["coupling"] = json.dumps(
         {"method": "monolith", "solver": f"CVODE BDF {SUNDIALS_VERSION}", "tolerance": tolerance}

@@ -15,7 +15,7 @@ from ...cosim.signals import Signal
 from ...cosim.topology import Connection
 from ...errors import SceneError
 from ...scene import Member, Scene
-from ...simulation import recorded
+from ...simulation import recorded_variables
 from .part import Equilibrium, Model, Part
 
 __all__ = ["System", "assembled"]
@@ -104,7 +104,7 @@ def _part(scene: Scene, member: Member) -> Part:
     fed = [c.target[1] for c in scene.connections if c.target[0] == member.name]
     outputs = list(dict.fromkeys(c.source[1] for c in scene.connections if c.source[0] == member.name))
     kind = Equilibrium if member.value("dynamic") is False else Model
-    return kind(member, [*fed, *member.signals], outputs, [v.name for v in recorded(member)])
+    return kind(member, [*fed, *member.signals], outputs, [v.name for v in recorded_variables(member)])
 
 
 def _visits(parts: dict[str, Part], connections: tuple[Connection, ...]) -> list[str]:

@@ -23,7 +23,7 @@ from .elements import elements
 from .rod import Loads, RodData, actuators, cross, lengths, routing, transposed_ad
 from .statics import Equilibrium
 
-__all__ = ["Mover", "Snapshot"]
+__all__ = ["DynamicRod", "Snapshot"]
 
 _APART = 1e-7  # of the states for a difference, shares of their scales
 
@@ -39,7 +39,7 @@ class Snapshot:
     energy: dict[str, float]  # elastic, tca, kinetic, gravity [J]
 
 
-class Mover:
+class DynamicRod:
     """count, degree: of the elements."""
 
     def __init__(self, data: RodData, count: int = 4, degree: int = 4) -> None:

@@ -19,7 +19,7 @@ from scipy.spatial.transform import Rotation
 
 from ...errors import SceneError, SubsystemError
 from ...scene import Member, Scene
-from .dynamics import Mover
+from .dynamics import DynamicRod
 from .heat import HeatCourse, Matrices, heat
 from .inputs import Inputs, breaks, heat_data, rod_data
 from .rod import Loads, RodData
@@ -236,7 +236,7 @@ def _moving(
     watch: Watch,
 ) -> dict[str, np.ndarray]:
     loads = _told(loads, watch)
-    mover = Mover(data, resolution.elements, resolution.degree)
+    mover = DynamicRod(data, resolution.elements, resolution.degree)
     first = loads(pieces[0][0], pieces[0][0], pieces[0][-1])
     unloaded = Loads(np.full(len(data.azimuth), data.T_0), *np.zeros((3, 3)))
     start = equilibrium(data, first if at_equilibrium else unloaded, mover.places(), resolution.shooting)
