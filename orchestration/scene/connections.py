@@ -2,33 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 from ..cosim.topology import Connection
 from ..fmi.archive import Variable, similar
+from .manipulator import DEFAULT_WIRING
 from .members import Member
 from .validation import Layer
 
 __all__ = ["wired"]
 
-# source, target, and when: by default equal names are wired; what the master must iterate only where it acts.
-DEFAULT_WIRING: tuple[tuple[str, str, Callable[[Mapping[str, Member]], bool]], ...] = (
-    ("thermal.T", "rod.T", lambda members: True),
-    ("rod.delta", "rod.delta_guess", lambda members: members["rod"].value("closure") == 2),
-    ("rod.delta", "thermal.delta", lambda members: members["thermal"].value("tca.beta") != 0.0),
-)
-
 
 def wired(members: Mapping[str, Member], given: tuple[Any, Layer] | None) -> tuple[Connection, ...]:
     """The connections given, or the default ones whose target no signal drives. members: by name. Raises SceneError."""
     if given is None:
-        pairs = [
-            p for p in DEFAULT_WIRING if {p[0].split(".")[0], p[1].split(".")[0]} <= set(members) and p[2](members)
-        ]
-        found = [
-            c for source, target, _ in pairs for c in _connect(members, source, target, Layer("default wiring", "", {}))
-        ]
+        layer = Layer("default wiring", "", {})
+        pairs = [(a, b) for a, b, acts in DEFAULT_WIRING if {a[0], b[0]} <= set(members) and acts(members)]
+        found = [c for a, b in pairs for c in _connect(members, ".".join(a), ".".join(b), layer)]
         found = [c for c in found if c.target[1] not in members[c.target[0]].signals]
     else:
         found = _given_connections(members, *given)

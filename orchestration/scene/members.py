@@ -10,13 +10,12 @@ from typing import Any
 from ..cosim.signals import Signal
 from ..fmi.archive import Archive, find_fmu, similar
 from . import validation
+from .manipulator import DEFAULT_FMUS
 from .validation import Layer
 
 __all__ = ["Member", "read_members"]
 
 Value = float | int | bool | str
-
-_FMUS = {"thermal": "thermal.fmu", "rod": "rod.fmu"}
 
 
 @dataclass(frozen=True)
@@ -63,7 +62,7 @@ def read_members(
         if not isinstance(table, Mapping) or not table:
             where.refuse("fmus", table, "wants a table of name = 'file.fmu'")
     in_file = [layer for layer in layers if "fmus" in layer.raw and layer.numbered]
-    files = {name: file for table in [*([] if in_file else [_FMUS]), *given] for name, file in table.items()}
+    files = {name: file for table in [*([] if in_file else [DEFAULT_FMUS]), *given] for name, file in table.items()}
     for name, file in files.items():
         if not isinstance(file, str):
             where.refuse(f"fmus.{name}", file, "wrong type; give a file name such as 'rod.fmu'")

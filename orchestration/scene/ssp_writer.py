@@ -25,12 +25,12 @@ from ..cosim.signals import Constant
 from ..errors import SceneError
 from ..fmi.archive import Variable
 from . import Member, Scene, parameter_sets, read
+from .manipulator import SSP_OUTPUTS
 
 __all__ = ["SYSTEM", "write"]
 
 SYSTEM = "manipulator"
 Values = list[tuple[Variable, float | int | bool | str | None]]
-_OUTPUTS = ("thermal.T", "rod.tip.p", "rod.tip.euler")  # connectors besides those that are wired
 _NAMESPACES = {
     name: f"http://ssp-standard.org/SSP1/SystemStructure{whole}"
     for name, whole in {"ssc": "Common", "ssd": "Description", "ssv": "ParameterValues"}.items()
@@ -87,7 +87,7 @@ def _used(member: Member, scene: Scene) -> list[Variable]:
     """What gets a connector."""
     wired = [end for c in scene.connections for end in (c.target, c.source)]
     vectors = member.archive.vectors.items()
-    shown = [name for base, names in vectors if f"{member.name}.{base}" in _OUTPUTS for name in names]
+    shown = [name for base, names in vectors if f"{member.name}.{base}" in SSP_OUTPUTS for name in names]
     names = dict.fromkeys([*(name for owner, name in wired if owner == member.name), *shown])
     return [member.archive.variables[name] for name in names]
 

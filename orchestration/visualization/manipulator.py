@@ -13,13 +13,24 @@ import numpy as np
 import xarray as xr
 
 from ..errors import CosimError
+from ..scene.manipulator import SHAPE_OUTPUTS, TEMPERATURE, Geometry, RecordedParameters, ThermalParameters
 from .geometry import Frames, Surface, frames, tube
 
-__all__ = ["ZERO_CELSIUS", "Manipulator", "manipulator", "members", "moments", "of_heat", "of_rod", "vector"]
+__all__ = [
+    "ZERO_CELSIUS",
+    "Manipulator",
+    "manipulator",
+    "members",
+    "moments",
+    "of_heat",
+    "of_rod",
+    "recorded_parameters",
+    "thermal_parameters",
+]
 
 ZERO_CELSIUS = 273.15  # [K]
 STATIONS = 31  # cross-sections that are drawn
-_DRAWN = ("shape.p", "tip.quaternion", "T")
+_DRAWN = (*SHAPE_OUTPUTS, TEMPERATURE)
 _SLIM = 0.17  # radius of a TCA, share of the body's, where no heat model says it: that of the paper
 
 
@@ -84,22 +95,27 @@ def manipulator(result: xr.Dataset, rows: np.ndarray) -> Manipulator:
             f"result {result.attrs.get('scene', '')!r} has no shape to draw: no member with {', '.join(_DRAWN)}; "
             "run a scene with rod.fmu"
         )
-    parameters, heat = members(result)[rod]["parameters"], of_heat(result)
+    geometry, heat = Geometry.of(recorded_parameters(result, rod)), of_heat(result)
     shape, tip, temperature = (result[f"{rod}.{name}"].to_numpy()[rows] for name in _DRAWN)
-    radius = parameters["body.radius"]
     return Manipulator(
         times=result["time"].to_numpy()[rows],
         frames=frames(shape, tip, STATIONS),
         temperature=temperature,
-        length=parameters["body.length"],
-        radius=radius,
-        tca_radius=members(result)[heat]["parameters"]["tca.outer_radius"] if heat else _SLIM * radius,
-        offset=parameters["tca.offset"],
-        azimuth=vector(parameters, "tca.azimuth"),
-        helix=vector(parameters, "tca.helix"),
+        length=geometry.length,
+        radius=geometry.radius,
+        tca_radius=thermal_parameters(result, heat).outer_radius if heat else _SLIM * geometry.radius,
+        offset=geometry.offset,
+        azimuth=np.array(geometry.azimuth),
+        helix=np.array(recorded_parameters(result, rod).reals("tca.helix")),
     )
 
 
-def vector(parameters: Mapping[str, float], name: str) -> np.ndarray:
-    """Of parameters name[1], name[2], ...: (n,)"""
-    return np.array([value for key, value in parameters.items() if key.startswith(f"{name}[")])
+def recorded_parameters(result: xr.Dataset, member: str) -> RecordedParameters:
+    """Parameters of a member as the result records them."""
+    record = members(result)[member]
+    return RecordedParameters(record["parameters"], record["choices"])
+
+
+def thermal_parameters(result: xr.Dataset, heat: str) -> ThermalParameters:
+    """Parameters of the member that is the heat model."""
+    return ThermalParameters.of(recorded_parameters(result, heat))

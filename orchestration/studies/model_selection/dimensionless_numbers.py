@@ -19,6 +19,17 @@ from typing import Any
 
 from ...cosim.signals import Constant, Impulse, Ramps, Signal, Sine, Steps
 from ...scene import Member, Scene
+from ...scene.manipulator import (
+    AMBIENT,
+    LOADS,
+    ROD,
+    TEMPERATURE,
+    THERMAL,
+    VOLTAGE,
+    RodParameters,
+    ThermalParameters,
+    is_element_of,
+)
 
 __all__ = ["Numbers", "duration", "envelope", "numbers", "residual", "unheated"]
 
@@ -86,10 +97,10 @@ def duration(signal: Signal) -> float:
 def unheated(scene: Scene) -> bool:
     """Whether temperatures stay as they are, exactly: no voltage at any time, and all at the ambient temperature from
     the start."""
-    thermal = scene.model("thermal")
+    thermal = scene.model(THERMAL)
     if thermal is None:
         return False
-    driven = [*thermal.archive.vectors["V"], "T_ambient"]
+    driven = [*thermal.archive.vectors[VOLTAGE], AMBIENT]
     if any(connection.target == (thermal.name, name) for connection in scene.connections for name in driven):
         return False
     *volts, ambient = (thermal.signals.get(name, Constant(thermal.real(name))).extremes for name in driven)
@@ -97,24 +108,27 @@ def unheated(scene: Scene) -> bool:
 
 
 def numbers(scene: Scene) -> Numbers:
-    """Of the scene's thermal and rod FMUs, as far as it has them."""
+    """Dimensionless numbers of the scene's thermal and rod FMUs, as far as it has them."""
     found: dict[str, Any] = {}
-    thermal, rod = scene.model("thermal"), scene.model("rod")
-    if thermal:
-        found["biot"] = thermal.real("h") * thermal.real("body.radius") / thermal.real("body.k")
+    thermal, rod = scene.model(THERMAL), scene.model(ROD)
+    heat = ThermalParameters.of(thermal) if thermal else None
+    if heat:
+        found["biot"] = heat.transfer * heat.geometry.radius / heat.body_k
     if rod:
         found |= _rod(rod)
-        heats = [_heating(thermal, s) for n, s in thermal.signals.items() if n.startswith("V[")] if thermal else []
-        loads = [_loading(rod, s) for n, s in rod.signals.items() if n.startswith(("gravity", "tip_"))]
-        given = [duration(s) for n, s in rod.signals.items() if n.startswith("T[")]
+        volts = [s for n, s in thermal.signals.items() if is_element_of(n, VOLTAGE)] if thermal else []
+        heats = [_heating(heat, s) for s in volts] if heat else []
+        loads = [_loading(rod, s) for n, s in rod.signals.items() if any(is_element_of(n, load) for load in LOADS)]
+        given = [duration(s) for n, s in rod.signals.items() if is_element_of(n, TEMPERATURE)]
         found["ramp"] = min([*heats, *loads, *given], default=math.inf)
     return Numbers(**found)
 
 
 def _rod(rod: Member) -> dict[str, Any]:
-    length, rho = rod.real("body.length"), rod.real("body.rho")
-    area, bending, shearing, stretching = _stiffness(rod)
-    gravity, force, moment = (_largest(rod, name) for name in ("gravity", "tip_force", "tip_moment"))
+    p = RodParameters.of(rod)
+    length, rho = p.geometry.length, p.rho
+    area, bending, shearing, stretching = _stiffness(p)
+    gravity, force, moment = (_largest(rod, name) for name in LOADS)
     speed = math.sqrt(bending / (rho * area))
     return {
         "shear": 12.0 * bending / (shearing * length**2),
@@ -122,26 +136,26 @@ def _rod(rod: Member) -> dict[str, Any]:
         "gravity": rho * area * gravity * length**3 / bending,
         "tip": force * length**2 / bending + moment * length / bending,
         "frequency": _CLAMPED_FREE**2 * speed / length**2 / (2.0 * math.pi),
-        "parallel": not any(value for vector in ("tca.helix", "body.curvature") for value in rod.reals(vector)),
+        "parallel": not any((*p.helix, *p.curvature)),
     }
 
 
-def _stiffness(rod: Member) -> tuple[float, float, float, float]:
+def _stiffness(p: RodParameters) -> tuple[float, float, float, float]:
     """Area [m2] and the least stiffnesses in bending [N.m2], shear and stretch [N]."""
-    radius, E = rod.real("body.radius"), rod.real("body.E")
+    radius, E = p.geometry.radius, p.E
     area = math.pi * radius**2
-    if rod.choice("body.profile") == "given":
-        k = rod.reals("body.stiffness")
+    if p.profile == "given":
+        k = p.stiffness
         return area, min(k[:2]), min(k[3:5]), k[5]
-    shearing = rod.real("body.shear_factor") * E / (2.0 * (1.0 + rod.real("body.nu"))) * area
+    shearing = p.shear_factor * E / (2.0 * (1.0 + p.nu)) * area
     return area, E * math.pi * radius**4 / 4.0, shearing, E * area
 
 
-def _heating(thermal: Member, signal: Signal) -> float:
+def _heating(p: ThermalParameters, signal: Signal) -> float:
     """A voltage acts no faster than the TCA warms through: r^2/diffusivity."""
     if not any(signal.extremes):
         return math.inf
-    through = thermal.real("tca.outer_radius") ** 2 * thermal.real("tca.rho_c") / thermal.real("tca.k")
+    through = p.outer_radius**2 * p.tca_rho_c / p.tca_k
     return through if signal.polynomial(0.0, _INSTANT)[0] else max(through, duration(signal))
 
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from ...fmi.archive import kept
 from ...scene import Member, Scene
 from ...scene.loop_closure import closed_inside
+from ...scene.manipulator import ROD, THERMAL
 from .dimensionless_numbers import unheated
 from .symmetry import plane
 
@@ -54,28 +55,28 @@ _AXES: Ladder = (
     Axis(
         "heat",
         "space",
-        "thermal",
+        THERMAL,
         ({"level": "lumped"}, *_REDUCED),
     ),
     # Against all strains: twist alone shows nothing where bending goes with shear.
     Axis(
         "strains",
         "model",
-        "rod",
+        ROD,
         tuple({"strains": s} for s in ("bending", "extensible", "kirchhoff", "cosserat")),
         math.inf,
         complete=True,
     ),
-    Axis("inertia", "model", "rod", ({"dynamic": False}, {"dynamic": True}), complete=True),
+    Axis("inertia", "model", ROD, ({"dynamic": False}, {"dynamic": True}), complete=True),
     # Two orders further: one more may show nothing where shapes are symmetric.
-    Axis("order", "space", "rod", tuple({"order": n} for n in range(8)), 2),
-    Axis("step", "time", "rod", tuple({"tolerance": t} for t in _TOLERANCES)),
+    Axis("order", "space", ROD, tuple({"order": n} for n in range(8)), 2),
+    Axis("step", "time", ROD, tuple({"tolerance": t} for t in _TOLERANCES)),
     Axis("macro", "coupling", None, tuple({"macro_step": 0.5**k} for k in range(8))),  # shares of the scene's own
 )
 # What an unheated section may be: of all models the one that loads fastest, since nothing is computed with it.
 _AT_REST: Mapping[str, Value] = {REST: True, "level": "lumped", "tolerance": 0.1}
 # What is the same for every choice: methods that need no tuning, and no loop where none is needed.
-_FIXED: dict[str, Mapping[str, Value]] = {"rod": {"method": "rosenbrock"}}
+_FIXED: dict[str, Mapping[str, Value]] = {ROD: {"method": "rosenbrock"}}
 
 
 def ladder(scene: Scene) -> Ladder:
@@ -85,7 +86,7 @@ def ladder(scene: Scene) -> Ladder:
         axes[0] = replace(axes[0], rungs=(_AT_REST, *axes[0].rungs), exact=True)
     if (azimuth := plane(scene)) is not None:
         planar = ({"planar": True, "plane": azimuth}, {"planar": False, "plane": azimuth})
-        axes.insert(2, Axis("plane", "model", "rod", planar, complete=True))
+        axes.insert(2, Axis("plane", "model", ROD, planar, complete=True))
     return tuple(
         axis
         for axis in axes

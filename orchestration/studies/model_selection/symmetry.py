@@ -8,6 +8,7 @@ from collections.abc import Iterator, Sequence
 
 from ...cosim.signals import Constant, Signal
 from ...scene import Member, Scene
+from ...scene.manipulator import ROD, THERMAL, RodParameters
 
 __all__ = ["plane"]
 
@@ -16,10 +17,10 @@ _SAME = 1e-9  # of angles [rad], and of a load's share across the plane
 
 def plane(scene: Scene) -> float | None:
     """Its azimuth from the x axis [rad], 0 to pi; None where there is none."""
-    rod = scene.model("rod")
+    rod = scene.model(ROD)
     if rod is None or not _straight(rod):
         return None
-    azimuths = rod.reals("tca.azimuth")
+    azimuths = RodParameters.of(rod).geometry.azimuth
     heats = _heats(scene, rod, len(azimuths))
     for angle in sorted(_candidates(azimuths), key=lambda a: (round(a / (math.pi / 2.0), 9) % 1.0 > 0.0, a)):
         if _mirrors(azimuths, heats, angle) and _lies_in(rod, angle):
@@ -28,14 +29,13 @@ def plane(scene: Scene) -> float | None:
 
 
 def _straight(rod: Member) -> bool:
-    round_body = rod.choice("body.profile") == "round"
-    vectors = ("tca.helix", "body.curvature")
-    return round_body and not any(rod.value(name) for vector in vectors for name in rod.archive.vectors[vector])
+    p = RodParameters.of(rod)
+    return p.profile == "round" and not any((*p.helix, *p.curvature))
 
 
 def _heats(scene: Scene, rod: Member, count: int) -> list[object]:
     """Per TCA what decides its temperature; equal where the temperatures are."""
-    thermal = scene.model("thermal")
+    thermal = scene.model(THERMAL)
     found: list[object] = []
     for i in range(1, count + 1):
         given = rod.signals.get(f"T[{i}]")

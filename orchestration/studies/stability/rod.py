@@ -13,6 +13,7 @@ import numpy as np
 from ...errors import CouplingError, SceneError
 from ...results.dataset import about
 from ...scene import Member, Scene, read
+from ...scene.manipulator import CLOSURE_EXCHANGED, ROD, RodParameters
 from ...simulation import open_simulation
 from .study import Panel, Study
 from .theory import Beam, limit
@@ -88,7 +89,7 @@ def judge(
     scene = read(source, [*FIRST, *overrides, *(f"{key}={value}" for key, value in own.items())])
     try:
         with open_simulation(scene) as ready:
-            rod = next(slave for slave in ready.slaves if slave.name == "rod")
+            rod = next(slave for slave in ready.slaves if slave.name == ROD)
             ready.master.observe = rod.values
             logs = list(ready.steps())
     except CouplingError as error:
@@ -98,22 +99,26 @@ def judge(
 
 def beam(scene: Scene) -> Beam:
     """What theory needs of the scene's rod. Raises SceneError, naming what it does not cover."""
-    rod = next((member for member in scene.members if member.name == "rod"), None)
+    rod = next((member for member in scene.members if member.name == ROD), None)
     if rod is None or "body.E" not in rod.archive.variables:
         raise SceneError(f"{scene.name}: a stability map wants an FMU `rod` of this package in the scene")
     _refuse(rod, "body.profile", 1, "given profiles")
-    _refuse(rod, "closure", 2, "a rod that closes its loop itself")
+    _refuse(rod, "closure", CLOSURE_EXCHANGED, "a rod that closes its loop itself")
     if rod.value("dynamic"):
         _refuse(rod, "method", 1, "other integrators than backward Euler")
     for name in rod.archive.vectors["tca.helix"]:
         _refuse(rod, name, 0.0, "helical TCAs")
-    numbers = {
-        name: rod.real(f"body.{name}") for name in ("E", "nu", "rho", "radius", "length", "shear_factor", "retardation")
-    }
+    p = RodParameters.of(rod)
     return Beam(
-        **numbers,
-        offset=rod.real("tca.offset"),
-        azimuths=rod.reals("tca.azimuth"),
+        E=p.E,
+        nu=p.nu,
+        rho=p.rho,
+        radius=p.geometry.radius,
+        length=p.geometry.length,
+        shear_factor=p.shear_factor,
+        retardation=p.retardation,
+        offset=p.geometry.offset,
+        azimuths=p.geometry.azimuth,
         dynamic=bool(rod.value("dynamic")),
     )
 

@@ -3,7 +3,6 @@ and from the start values that the FMUs declare; nothing of the FMUs' binaries i
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +10,7 @@ import numpy as np
 from ...cosim.signals import Constant, Signal
 from ...errors import SceneError
 from ...scene import Member, Scene
+from ...scene.manipulator import RodParameters, ThermalParameters
 from .heat import HeatData
 from .rod import RodData, WireLaw
 from .section import Section
@@ -42,62 +42,59 @@ def breaks(scene: Scene) -> np.ndarray:
 
 
 def heat_data(thermal: Member) -> HeatData:
-    return heat_data_of(thermal.real, thermal.reals)
+    """Data of the heat problem of a scene's thermal FMU."""
+    return heat_data_of(ThermalParameters.of(thermal))
 
 
-def heat_data_of(value: Callable[[str], float], elements: Callable[[str], Sequence[float]]) -> HeatData:
-    """value, elements: of a parameter, and of a vector of them, by name."""
+def heat_data_of(p: ThermalParameters) -> HeatData:
+    """Data of the heat problem of a set of parameters."""
     return HeatData(
-        section=Section(
-            value("body.radius"),
-            value("tca.outer_radius"),
-            value("tca.inner_radius"),
-            value("tca.offset"),
-            tuple(elements("tca.azimuth")),
-        ),
-        length=value("body.length"),
-        body_k=value("body.k"),
-        body_rho_c=value("body.rho_c"),
-        tca_k=value("tca.k"),
-        tca_rho_c=value("tca.rho_c"),
-        transfer=value("h"),
-        resistance=tuple(elements("tca.R")),
-        alpha=value("tca.alpha_T"),
-        T_ref=value("tca.T_ref"),
-        T_0=value("T_0"),
+        section=Section(p.geometry.radius, p.outer_radius, p.inner_radius, p.geometry.offset, p.geometry.azimuth),
+        length=p.geometry.length,
+        body_k=p.body_k,
+        body_rho_c=p.body_rho_c,
+        tca_k=p.tca_k,
+        tca_rho_c=p.tca_rho_c,
+        transfer=p.transfer,
+        resistance=p.resistance,
+        alpha=p.alpha,
+        T_ref=p.T_ref,
+        T_0=p.T_0,
     )
 
 
 def rod_data(rod: Member) -> RodData:
-    """Whatever strains and closure the scene chooses: all six strains, and the TCAs' law inside."""
-    if rod.choice("tca.pitch") == "current":
+    """Data of a scene's rod, whatever strains and closure it chooses: all six strains, and the TCAs' law inside.
+
+    Raises SceneError for what the reference does not cover."""
+    p = RodParameters.of(rod)
+    if p.pitch == "current":
         raise SceneError(f"reference: {rod.name}.tca.pitch = 'current' is not covered; allowed: 'frozen'")
-    v = rod.real
-    radius, length, E = v("body.radius"), v("body.length"), v("body.E")
-    area, second, G = np.pi * radius**2, np.pi * radius**4 / 4, E / (2 * (1 + v("body.nu")))
-    shear = v("body.shear_factor") * G * area
-    round_rod = np.array([E * second, E * second, 2 * G * second, shear, shear, E * area])
+    radius, length = p.geometry.radius, p.geometry.length
+    area, second, G = np.pi * radius**2, np.pi * radius**4 / 4, p.E / (2 * (1 + p.nu))
+    shear = p.shear_factor * G * area
+    round_rod = np.array([p.E * second, p.E * second, 2 * G * second, shear, shear, p.E * area])
     wire = WireLaw(
-        length=v("tca.wire_length"),
+        length=p.wire_length,
         coiled=length,
-        diameter=v("tca.wire_diameter"),
-        coils=v("tca.coils"),
-        twists=v("tca.twists"),
-        E=v("tca.E"),
-        expansion=v("tca.rho_T"),
+        diameter=p.wire_diameter,
+        coils=p.coils,
+        twists=p.twists,
+        E=p.E_wire,
+        expansion=p.expansion,
     )
-    measured = rod.choice("tca.law") == "measured"
+    measured = p.law == "measured"
     return RodData(
         length=length,
-        stiffness=np.array(rod.reals("body.stiffness")) if rod.choice("body.profile") == "given" else round_rod,
-        rest=np.array([*rod.reals("body.curvature"), 0.0, 0.0, 1.0]),
-        inertia=v("body.rho") * np.array([second, second, 2 * second, area, area, area]),
-        retardation=v("body.retardation"),
-        offset=v("tca.offset"),
-        azimuth=np.array(rod.reals("tca.azimuth")),
-        helix=np.array(rod.reals("tca.helix")),
-        tca_stiffness=v("tca.stiffness") if measured else 1.0 / wire.f1,
-        law=v("tca.stroke") if measured else wire,
-        chirality=int(v("tca.chirality")),
-        T_0=v("T_0"),
+        stiffness=np.array(p.stiffness) if p.profile == "given" else round_rod,
+        rest=np.array([*p.curvature, 0.0, 0.0, 1.0]),
+        inertia=p.rho * np.array([second, second, 2 * second, area, area, area]),
+        retardation=p.retardation,
+        offset=p.geometry.offset,
+        azimuth=np.array(p.geometry.azimuth),
+        helix=np.array(p.helix),
+        tca_stiffness=p.tca_stiffness if measured else 1.0 / wire.f1,
+        law=p.stroke if measured else wire,
+        chirality=p.chirality,
+        T_0=p.T_0,
     )

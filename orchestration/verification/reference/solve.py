@@ -19,6 +19,7 @@ from scipy.spatial.transform import Rotation
 
 from ...errors import SceneError, SubsystemError
 from ...scene import Member, Scene
+from ...scene.manipulator import ROD, THERMAL
 from .dynamics import DynamicRod
 from .heat import HeatCourse, Matrices, heat
 from .inputs import Inputs, breaks, heat_data, rod_data
@@ -68,7 +69,7 @@ def prepared(
     """run() with the scene checked, the mesh made and its matrices assembled; to be called as often as wanted, with
     what hears of the time."""
     resolution = resolution or Resolution()
-    thermal, rod = scene.model("thermal"), scene.model("rod")
+    thermal, rod = scene.model(THERMAL), scene.model(ROD)
     _check(scene, thermal, rod)
     wanted = None if times is None else np.asarray(times, dtype=float)
     pieces = _pieces(scene, wanted)

@@ -25,7 +25,7 @@ from ...verification.reference.inputs import Inputs, heat_data_of
 from ...verification.reference.radau import NODES, LinearRadau
 from ...verification.reference.section import Section
 from ..geometry import Surface
-from ..manipulator import members, vector
+from ..manipulator import members, thermal_parameters
 
 __all__ = ["Field", "field"]
 
@@ -60,8 +60,7 @@ class Field:
 
 def field(result: xr.Dataset, heat: str, rows: np.ndarray, station: int) -> Field:
     """heat: the member that is the heat model; rows: of the result, from its start; station: of the cap."""
-    parameters = members(result)[heat]["parameters"]
-    data = heat_data_of(parameters.__getitem__, lambda name: tuple(vector(parameters, name)))
+    data = heat_data_of(thermal_parameters(result, heat))
     m = Matrices(data, _EDGE * data.section.radius)
     rises = _solve(result, heat, rows, data, m)
     means = data.T_0 + rises @ m.means.T
@@ -92,7 +91,7 @@ def _solve(result: xr.Dataset, heat: str, rows: np.ndarray, data: HeatData, m: M
 
 def _powers(result: xr.Dataset, heat: str, data: HeatData) -> Callable[[float, float, float], np.ndarray]:
     """power(t, a, b) [W] (N,) at t in the step from a to b."""
-    parameters, known = members(result)[heat]["parameters"], members(result)[heat]["signals"]
+    beta, known = thermal_parameters(result, heat).beta, members(result)[heat]["signals"]
     volts, T, delta = (_interpolated(result, f"{heat}.{name}") for name in ("V", "T", "delta"))
     driven = [i for i in range(len(data.resistance)) if f"V[{i + 1}]" in known]
     given = Inputs(tuple(_signal(*known[f"V[{i + 1}]"]) for i in driven))
@@ -100,7 +99,7 @@ def _powers(result: xr.Dataset, heat: str, data: HeatData) -> Callable[[float, f
     def power(t: float, a: float, b: float) -> np.ndarray:
         V = volts(t)
         V[driven] = given(t, a, b)
-        change = data.alpha * (T(t) - data.T_ref) + parameters["tca.beta"] * delta(t) / data.length
+        change = data.alpha * (T(t) - data.T_ref) + beta * delta(t) / data.length
         return V**2 / (np.array(data.resistance) * (1.0 + change))
 
     return power

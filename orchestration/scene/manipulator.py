@@ -1,0 +1,218 @@
+"""Names of the variables and parameters of thermal.fmu and rod.fmu: all that the package knows of its two own FMUs.
+
+Everything else handles FMUs of any origin. Whoever needs a physical quantity of the manipulator reads it from
+ThermalParameters or RodParameters, or takes a name from the constants below."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+__all__ = [
+    "AMBIENT",
+    "CLOSURE_EXCHANGED",
+    "CLOSURE_INSIDE",
+    "DEFAULT_FMUS",
+    "DEFAULT_WIRING",
+    "DISPLACEMENT",
+    "DISPLACEMENT_GUESS",
+    "LOADS",
+    "ROD",
+    "SHAPE_OUTPUTS",
+    "SHARED_PARAMETERS",
+    "SSP_OUTPUTS",
+    "TEMPERATURE",
+    "THERMAL",
+    "THERMAL_OUTPUTS",
+    "VOLTAGE",
+    "Geometry",
+    "Parameters",
+    "RecordedParameters",
+    "RodParameters",
+    "ThermalParameters",
+    "is_element_of",
+]
+
+THERMAL, ROD = "thermal", "rod"  # modelName of the FMUs, and names of the members of a scene that says nothing else
+DEFAULT_FMUS = {THERMAL: "thermal.fmu", ROD: "rod.fmu"}
+
+# Outputs and inputs.
+VOLTAGE, AMBIENT = "V", "T_ambient"
+TEMPERATURE = "T"  # output of the thermal FMU, input of the rod
+DISPLACEMENT, DISPLACEMENT_GUESS = "delta", "delta_guess"  # output of the rod; its input where the master closes it
+LOADS = ("gravity", "tip_force", "tip_moment")  # vector inputs of the rod
+SHAPE_OUTPUTS = ("shape.p", "tip.quaternion")  # of the rod: enough to draw it
+THERMAL_OUTPUTS = ("T", "T_surface")
+SSP_OUTPUTS = ("thermal.T", "rod.tip.p", "rod.tip.euler")  # connectors of an exported system beside those wired
+
+# Items of the rod's parameter closure.
+CLOSURE_INSIDE, CLOSURE_EXCHANGED = 1, 2
+
+# Parameters of both FMUs that must agree: geometry and the temperature at the start.
+SHARED_PARAMETERS = ("body.radius", "body.length", "tca.offset", "tca.azimuth", "T_0")
+
+
+class Parameters(Protocol):
+    """Values of the parameters of an FMU by name; scene.Member is one."""
+
+    def real(self, parameter: str) -> float:
+        """Value of a scalar."""
+
+    def reals(self, vector: str) -> tuple[float, ...]:
+        """Values of a vector's elements in the order of their indices."""
+
+    def choice(self, parameter: str) -> str:
+        """Name of an enumeration's item."""
+
+
+@dataclass(frozen=True)
+class RecordedParameters:
+    """Parameters as a result records them: element names, such as tca.azimuth[1], to values."""
+
+    values: Mapping[str, float]
+    choices: Mapping[str, str]
+
+    def real(self, parameter: str) -> float:
+        return self.values[parameter]
+
+    def reals(self, vector: str) -> tuple[float, ...]:
+        return tuple(value for name, value in self.values.items() if is_element_of(name, vector))
+
+    def choice(self, parameter: str) -> str:
+        return self.choices[parameter]
+
+
+def is_element_of(name: str, vector: str) -> bool:
+    """Tell whether a variable is an element of a vector: V[1] of V."""
+    return re.fullmatch(rf"{re.escape(vector)}\[[\d,]+\]", name) is not None
+
+
+@dataclass(frozen=True)
+class Geometry:
+    """Cross-section and length of the body, and where the TCAs run in it; both FMUs have these parameters."""
+
+    radius: float  # [m]
+    length: float  # [m]
+    offset: float  # distance of the TCAs from the axis [m]
+    azimuth: tuple[float, ...]  # of each TCA [rad]
+
+    @classmethod
+    def of(cls, p: Parameters) -> Geometry:
+        """Read the parameters of a thermal or rod FMU."""
+        return cls(p.real("body.radius"), p.real("body.length"), p.real("tca.offset"), p.reals("tca.azimuth"))
+
+
+@dataclass(frozen=True)
+class ThermalParameters:
+    """Parameters of thermal.fmu in SI units."""
+
+    geometry: Geometry
+    outer_radius: float  # of a TCA [m]
+    inner_radius: float  # [m]
+    body_k: float  # conductivity [W/(m.K)]
+    body_rho_c: float  # heat capacity per volume [J/(m3.K)]
+    tca_k: float
+    tca_rho_c: float
+    transfer: float  # heat transfer coefficient of the surface [W/(m2.K)]
+    resistance: tuple[float, ...]  # of each TCA at T_ref [ohm]
+    alpha: float  # temperature coefficient of the resistance [1/K]
+    beta: float  # displacement coefficient of the resistance [1]
+    T_ref: float  # [K]
+    T_0: float  # [K]
+
+    @classmethod
+    def of(cls, p: Parameters) -> ThermalParameters:
+        """Read the parameters of a thermal FMU."""
+        return cls(
+            geometry=Geometry.of(p),
+            outer_radius=p.real("tca.outer_radius"),
+            inner_radius=p.real("tca.inner_radius"),
+            body_k=p.real("body.k"),
+            body_rho_c=p.real("body.rho_c"),
+            tca_k=p.real("tca.k"),
+            tca_rho_c=p.real("tca.rho_c"),
+            transfer=p.real("h"),
+            resistance=p.reals("tca.R"),
+            alpha=p.real("tca.alpha_T"),
+            beta=p.real("tca.beta"),
+            T_ref=p.real("tca.T_ref"),
+            T_0=p.real("T_0"),
+        )
+
+
+@dataclass(frozen=True)
+class RodParameters:
+    """Parameters of rod.fmu in SI units. stiffness holds where profile is "given"; wire_* and below it down to
+    expansion where law is "wire", tca_stiffness and stroke where it is "measured"."""
+
+    geometry: Geometry
+    E: float  # Young's modulus of the body [Pa]
+    nu: float  # Poisson's ratio
+    rho: float  # density [kg/m3]
+    shear_factor: float
+    retardation: float  # [s]
+    profile: str  # round, given
+    stiffness: tuple[float, ...]  # (6,) [N.m2, N.m2, N.m2, N, N, N]
+    curvature: tuple[float, ...]  # (3,) of the unloaded body [1/m]
+    helix: tuple[float, ...]  # of each TCA [rad/m]
+    law: str  # wire, measured
+    pitch: str  # frozen, current
+    wire_length: float  # [m]
+    wire_diameter: float  # [m]
+    coils: float
+    twists: float
+    E_wire: float  # Young's modulus of the wire [Pa]
+    expansion: float  # [1/K]
+    chirality: int
+    tca_stiffness: float  # [N/m]
+    stroke: float  # [m/K]
+    T_0: float  # [K]
+
+    @classmethod
+    def of(cls, p: Parameters) -> RodParameters:
+        """Read the parameters of a rod FMU."""
+        return cls(
+            geometry=Geometry.of(p),
+            E=p.real("body.E"),
+            nu=p.real("body.nu"),
+            rho=p.real("body.rho"),
+            shear_factor=p.real("body.shear_factor"),
+            retardation=p.real("body.retardation"),
+            profile=p.choice("body.profile"),
+            stiffness=p.reals("body.stiffness"),
+            curvature=p.reals("body.curvature"),
+            helix=p.reals("tca.helix"),
+            law=p.choice("tca.law"),
+            pitch=p.choice("tca.pitch"),
+            wire_length=p.real("tca.wire_length"),
+            wire_diameter=p.real("tca.wire_diameter"),
+            coils=p.real("tca.coils"),
+            twists=p.real("tca.twists"),
+            E_wire=p.real("tca.E"),
+            expansion=p.real("tca.rho_T"),
+            chirality=int(p.real("tca.chirality")),
+            tca_stiffness=p.real("tca.stiffness"),
+            stroke=p.real("tca.stroke"),
+            T_0=p.real("T_0"),
+        )
+
+
+class Settings(Protocol):
+    """What decides whether a default connection acts; scene.Member is one."""
+
+    def value(self, parameter: str) -> float | int | bool | str | None:
+        """Value of a parameter, None where there is no such parameter."""
+
+
+# Source, target, and when: by default equal quantities are wired; what the master must iterate only where it acts.
+DEFAULT_WIRING: Sequence[tuple[tuple[str, str], tuple[str, str], Callable[[Mapping[str, Settings]], bool]]] = (
+    ((THERMAL, TEMPERATURE), (ROD, TEMPERATURE), lambda members: True),
+    (
+        (ROD, DISPLACEMENT),
+        (ROD, DISPLACEMENT_GUESS),
+        lambda members: members[ROD].value("closure") == CLOSURE_EXCHANGED,
+    ),
+    ((ROD, DISPLACEMENT), (THERMAL, DISPLACEMENT), lambda members: members[THERMAL].value("tca.beta") not in (None, 0)),
+)
