@@ -12,7 +12,7 @@ import xarray as xr
 from . import scene as scenes
 from .errors import SceneError
 from .scene import Scene
-from .studies.model_selection import run as run_scene
+from .studies.model_selection import run_selected
 
 __all__ = ["Overrides", "read", "run"]
 
@@ -54,7 +54,7 @@ def run(
             f"overrides {list(_lines(overrides))}: the scene {scene.name!r} has been read; give them to read(), or run "
             "the scene by its name"
         )
-    return run_scene(scene, progress)
+    return run_selected(scene, progress)
 
 
 def _lines(overrides: Overrides) -> Sequence[str]:

@@ -9,16 +9,18 @@ import zipfile
 from pathlib import Path
 
 import pytest
+import tca_cosim
 import xarray as xr
 from rich.table import Table
 from tca_cosim import results
 from tca_cosim.cli import console
 
 ROOT = Path(__file__).parent.parent
+PACKAGES = Path(tca_cosim.__file__).parents[1]  # for processes that import the same package
 
 
 def tca(*arguments: str, folder: Path) -> subprocess.CompletedProcess[str]:
-    environment = {**os.environ, "PYTHONPATH": str(ROOT), "COLUMNS": "300"}
+    environment = {**os.environ, "PYTHONPATH": str(PACKAGES), "COLUMNS": "300"}
     command = [sys.executable, "-c", "from tca_cosim.cli import app; app()", *arguments]
     return subprocess.run(
         command, cwd=folder, env=environment, capture_output=True, text=True, timeout=300, check=False

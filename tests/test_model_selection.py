@@ -1,4 +1,4 @@
-"""No more model than a scene needs, its parts: screens against closed forms, the climb on known errors, runs."""
+"""Parts of model selection: dimensionless numbers against closed forms, the search on known errors, resumable runs."""
 
 from __future__ import annotations
 
@@ -15,16 +15,22 @@ from tca_cosim import scene as scenes
 from tca_cosim.cosim.signals import Constant, Impulse, Ramps, Sine, Steps
 from tca_cosim.fmi.archive import kept
 from tca_cosim.studies import model_selection
-from tca_cosim.studies.model_selection.dimensionless_numbers import duration, envelope, numbers, residual, unheated
-from tca_cosim.studies.model_selection.hierarchy import Axis, applied, ladder, settings
-from tca_cosim.studies.model_selection.measure import Course, Quantity, error, quantities
-from tca_cosim.studies.model_selection.proposal import propose
-from tca_cosim.studies.model_selection.reference_level import truth
-from tca_cosim.studies.model_selection.runs import Run, Runs
-from tca_cosim.studies.model_selection.search import SHARE, above, climb, descend
-from tca_cosim.studies.model_selection.symmetry import plane
+from tca_cosim.studies.model_selection.dimensionless_numbers import (
+    dimensionless_numbers,
+    is_unheated,
+    residual_envelope,
+    residual_vibration,
+    rise_time,
+)
+from tca_cosim.studies.model_selection.hierarchy import ModelHierarchy, apply_choice, choice_settings, model_hierarchies
+from tca_cosim.studies.model_selection.measure import Quantity, Trajectory, relative_error, requested_quantities
+from tca_cosim.studies.model_selection.proposal import propose_choice
+from tca_cosim.studies.model_selection.reference_level import reference_choice
+from tca_cosim.studies.model_selection.runs import ResumableRun, RunCache
+from tca_cosim.studies.model_selection.search import SHARE, coarsen, comparison_choice, refine
+from tca_cosim.studies.model_selection.symmetry import symmetry_plane
 
-# -- screens -----------------------------------------------------------------------------------------------------------
+# -- dimensionless numbers ---------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("periods", [0.3, 1.0, 1.7, 4.25])
@@ -34,13 +40,13 @@ def test_residual_is_what_an_oscillator_keeps_after_a_ramp(periods: float) -> No
         lambda t, y: [y[1], w**2 * (t / periods - y[0])], (0.0, periods), [0.0, 0.0], rtol=1e-11, atol=1e-13
     )
     x, v = during.y[:, -1]
-    assert residual(w, periods) == pytest.approx(math.hypot(x - 1.0, v / w), abs=1e-8)
-    assert residual(w, periods) <= envelope(w, periods)
+    assert residual_vibration(w, periods) == pytest.approx(math.hypot(x - 1.0, v / w), abs=1e-8)
+    assert residual_vibration(w, periods) <= residual_envelope(w, periods)
 
 
 def test_numbers_of_a_round_rod() -> None:
     """I/A = R^2/4, E/G = 2 (1 + nu) = 3; R/L = 1/8; weight and first frequency as in textbooks."""
-    found = numbers(read("drop"))
+    found = dimensionless_numbers(read("drop"))
     assert found.extension == pytest.approx(1.0 / 256.0)
     assert found.shear == pytest.approx(12.0 * 3.0 / 256.0)
     assert found.biot == pytest.approx(20.0 * 5e-3 / 0.19)
@@ -49,17 +55,17 @@ def test_numbers_of_a_round_rod() -> None:
     assert found.ramp == 0.0
     assert found.residual == 1.0
     assert not found.arc
-    assert numbers(read("load")).tip == pytest.approx(0.05 * 0.04**2 / (37.8e3 * math.pi * 5e-3**4 / 4.0))
-    assert numbers(read("hang")).ramp == 30.0  # at equilibrium from the start: gravity is no jump
-    assert numbers(read("tap")).ramp == 0.02
+    assert dimensionless_numbers(read("load")).tip == pytest.approx(0.05 * 0.04**2 / (37.8e3 * math.pi * 5e-3**4 / 4.0))
+    assert dimensionless_numbers(read("hang")).ramp == 30.0  # at equilibrium from the start: gravity is no jump
+    assert dimensionless_numbers(read("tap")).ramp == 0.02
     still = read("step", ["thermal.V=0"])
-    assert (numbers(still).ramp, numbers(still).residual) == (math.inf, 0.0)
+    assert (dimensionless_numbers(still).ramp, dimensionless_numbers(still).residual) == (math.inf, 0.0)
 
 
 def test_arcs_are_what_parallel_tcas_alone_make() -> None:
-    assert all(numbers(read(name)).arc for name in ("step", "switch", "sine", "feedback"))
-    assert not numbers(read("step", ["rod.tca.helix=10"])).arc
-    assert not numbers(read("step", ["rod.tip_moment[2]=1e-5"])).arc
+    assert all(dimensionless_numbers(read(name)).arc for name in ("step", "switch", "sine", "feedback"))
+    assert not dimensionless_numbers(read("step", ["rod.tca.helix=10"])).arc
+    assert not dimensionless_numbers(read("step", ["rod.tip_moment[2]=1e-5"])).arc
 
 
 @pytest.mark.parametrize(
@@ -74,7 +80,7 @@ def test_arcs_are_what_parallel_tcas_alone_make() -> None:
     ],
 )
 def test_how_long_a_load_takes_to_grow(signal: object, expected: float) -> None:
-    assert duration(signal) == expected
+    assert rise_time(signal) == expected
 
 
 @pytest.mark.parametrize(
@@ -93,18 +99,18 @@ def test_how_long_a_load_takes_to_grow(signal: object, expected: float) -> None:
     ],
 )
 def test_what_stays_cold(scene: str, overrides: list[str], expected: bool) -> None:
-    assert unheated(scenes.read(scene, overrides, kept)) is expected
+    assert is_unheated(scenes.read(scene, overrides, kept)) is expected
 
 
-def test_screens_propose() -> None:
-    axes = ladder(read("step"))
-    calm, falling = (propose(axes, numbers(read(name)), 1e-3) for name in ("step", "drop"))
+def test_dimensionless_numbers_propose_levels() -> None:
+    hierarchies = model_hierarchies(read("step"))
+    calm, falling = (propose_choice(hierarchies, dimensionless_numbers(read(name)), 1e-3) for name in ("step", "drop"))
     assert (calm["inertia"], calm["order"], calm["strains"]) == (0, 0, 1)
     assert (falling["inertia"], falling["strains"]) == (1, 3)
     assert falling["order"] > 0
-    thin = numbers(read("step", ["thermal.h=1e-3", "thermal.body.k=1", "thermal.tca.k=1"]))
+    thin = dimensionless_numbers(read("step", ["thermal.h=1e-3", "thermal.body.k=1", "thermal.tca.k=1"]))
     assert thin.biot < 0.1
-    assert propose(axes, thin, 1e-3)["heat"] == 0
+    assert propose_choice(hierarchies, thin, 1e-3)["heat"] == 0
 
 
 @pytest.mark.parametrize(
@@ -126,29 +132,29 @@ def test_screens_propose() -> None:
     ],
 )
 def test_planes_that_everything_mirrors_in(scene: str, overrides: list[str], degrees: float | None) -> None:
-    found = plane(scenes.read(scene, overrides, kept))
+    found = symmetry_plane(scenes.read(scene, overrides, kept))
     assert found is None if degrees is None else math.degrees(found) == pytest.approx(degrees)
 
 
-# -- ladder and measure ------------------------------------------------------------------------------------------------
+# -- hierarchies and measure -------------------------------------------------------------------------------------------
 
 
-def test_every_rung_is_what_the_fmus_allow() -> None:
+def test_every_level_is_what_the_fmus_allow() -> None:
     """A choice made on the scene is the scene read with its settings."""
     scene = scenes.read("step", archive=kept)
-    axes = ladder(scene)
-    for axis in axes:
-        for rung in range(len(axis.rungs)):
-            choice = {**dict.fromkeys((a.name for a in axes), 0), axis.name: rung}
-            lines = [f"{key}={json.dumps(value)}" for key, value in settings(scene, choice).items()]
-            again, chosen = scenes.read("step", ["rod.closure=inside", *lines], kept), applied(scene, choice)
+    hierarchies = model_hierarchies(scene)
+    for hierarchy in hierarchies:
+        for level in range(len(hierarchy.levels)):
+            choice = {**dict.fromkeys((a.name for a in hierarchies), 0), hierarchy.name: level}
+            lines = [f"{key}={json.dumps(value)}" for key, value in choice_settings(scene, choice).items()]
+            again, chosen = scenes.read("step", ["rod.closure=inside", *lines], kept), apply_choice(scene, choice)
             assert [m.parameters for m in chosen.members] == [m.parameters for m in again.members]
             assert chosen.coupling == again.coupling
 
 
 def test_a_choice_closes_the_loop_inside_and_has_no_level_to_choose_any_more() -> None:
     scene = read("step", ["fidelity.level=auto", "coupling.method=plain", "coupling.control=doubling"])
-    found = applied(scene, dict.fromkeys((a.name for a in ladder(scene)), 0))
+    found = apply_choice(scene, dict.fromkeys((a.name for a in model_hierarchies(scene)), 0))
     assert found.accuracy.level == "given"
     assert found.member("rod").value("closure") == 1
     assert [str(c) for c in found.connections if c.target[0] == "rod"] == [
@@ -157,8 +163,8 @@ def test_a_choice_closes_the_loop_inside_and_has_no_level_to_choose_any_more() -
     assert (found.coupling.method, found.coupling.control) == ("plain", "fixed")
 
 
-def made(values: np.ndarray, times: np.ndarray) -> Course:
-    return Course(times, {"rod.tip.p": values})
+def made(values: np.ndarray, times: np.ndarray) -> Trajectory:
+    return Trajectory(times, {"rod.tip.p": values})
 
 
 def least(of: float) -> dict[str, Quantity]:
@@ -170,20 +176,20 @@ def test_errors_are_shares_of_the_range() -> None:
     fine = np.linspace(0.0, 2.0 * np.pi, 201)
     circle = 1e-3 * np.column_stack([np.cos(fine), np.sin(fine), 0.0 * fine])
     moved = circle[::10] + np.where(np.arange(21) % 2 == 0, 1e-4, 0.0)[:, None] * [0.0, 0.6, 0.8]
-    found = error(made(moved, fine[::10]), made(circle, fine), least(1e-9))
+    found = relative_error(made(moved, fine[::10]), made(circle, fine), least(1e-9))
     assert found == pytest.approx(0.1 * math.sqrt(11.0 / 21.0) / math.sqrt(8.0))
     still = made(0.0 * circle, fine)
-    assert error(made(0.0 * circle + 1e-6, fine), still, least(1e-3)) == pytest.approx(math.sqrt(3.0) * 1e-3)
-    assert quantities(read("step")) == least(pytest.approx(1e-5))
+    assert relative_error(made(0.0 * circle + 1e-6, fine), still, least(1e-3)) == pytest.approx(math.sqrt(3.0) * 1e-3)
+    assert requested_quantities(read("step")) == least(pytest.approx(1e-5))
 
 
-# -- climb -------------------------------------------------------------------------------------------------------------
+# -- refine ------------------------------------------------------------------------------------------------------------
 
-AXES = tuple(Axis(name, "model", None, ({},) * 9) for name in ("heat", "inertia", "order"))
+HIERARCHIES = tuple(ModelHierarchy(name, "model", None, ({},) * 9) for name in ("heat", "inertia", "order"))
 
 
 class Known:
-    """Runs whose errors are known: of each axis a share of 10^-rung."""
+    """Runs whose errors are known: of each hierarchy a share of 10^-level."""
 
     def __init__(self, **sizes: float) -> None:
         self.sizes, self.scene = sizes, read("step")
@@ -191,66 +197,69 @@ class Known:
     def value(self, choice: dict[str, int]) -> float:
         return sum(size * 0.1 ** choice[name] for name, size in self.sizes.items())
 
-    def gap(self, choice: dict[str, int], better: dict[str, int], stop: float) -> float:
+    def difference(self, choice: dict[str, int], better: dict[str, int], stop: float) -> float:
         return abs(self.value(choice) - self.value(better))
 
 
-def test_the_largest_term_climbs_and_the_rest_stays() -> None:
+def test_the_largest_term_is_refined_and_the_rest_stays() -> None:
     runs, tried = Known(heat=1e-5, inertia=3e-4, order=5.0), []
     start = {"heat": 0, "inertia": 0, "order": 0}
-    choice = climb(runs, AXES, start, 1e-2, 1.0, lambda c, e: tried.append(dict(c)))
+    choice = refine(runs, HIERARCHIES, start, 1e-2, 1.0, lambda c, e: tried.append(dict(c)))
     assert choice == {"heat": 0, "inertia": 0, "order": 3}
     assert tried[0] == start
     assert [c["order"] for c in tried] == sorted(c["order"] for c in tried)
     assert runs.value(choice) <= 1e-2
-    exact = climb(runs, AXES, start, 1e-5, 1.0, lambda c, e: None)
+    exact = refine(runs, HIERARCHIES, start, 1e-5, 1.0, lambda c, e: None)
     assert runs.value(exact) <= 1e-5
     assert exact["order"] > exact["inertia"] > exact["heat"]
 
 
 def test_what_was_proposed_too_rich_comes_down() -> None:
     runs = Known(heat=1e-6, inertia=1e-6, order=5.0)
-    found = descend(runs, AXES, {"heat": 4, "inertia": 3, "order": 5}, 1e-2, 1.0, lambda c, e: None)
+    found = coarsen(runs, HIERARCHIES, {"heat": 4, "inertia": 3, "order": 5}, 1e-2, 1.0, lambda c, e: None)
     assert (found.choice["inertia"], found.choice["order"]) == (0, 3)
-    assert found.refused["order"] > SHARE * 1e-2 >= found.estimate
+    assert found.rejected["order"] > SHARE * 1e-2 >= found.estimate
     assert found.estimate == pytest.approx(runs.value(found.choice), rel=0.1)
     assert set(found.gaps) == {"heat", "inertia", "order"}
-    assert above(AXES, found.choice)["order"] == 4
+    assert comparison_choice(HIERARCHIES, found.choice)["order"] == 4
 
 
 @pytest.mark.parametrize(("moved", "lowered"), [(1.0, (1, 2)), (0.0, (0, 5))])
 def test_time_steps_come_down_where_there_are_any(moved: float, lowered: tuple[int, int]) -> None:
     """Waves that nothing damps make them dear; an equilibrium takes none."""
-    axes = (Axis("inertia", "model", None, ({},) * 2, complete=True), Axis("step", "time", None, ({},) * 9))
+    hierarchies = (
+        ModelHierarchy("inertia", "model", None, ({},) * 2, complete=True),
+        ModelHierarchy("step", "time", None, ({},) * 9),
+    )
     runs = Known(inertia=moved, step=0.1)
-    found = descend(runs, axes, {"inertia": 1, "step": 5}, 1e-2, 1.0, lambda c, e: None)
+    found = coarsen(runs, hierarchies, {"inertia": 1, "step": 5}, 1e-2, 1.0, lambda c, e: None)
     assert (found.choice["inertia"], found.choice["step"]) == lowered
 
 
 def test_a_tolerance_that_no_level_meets() -> None:
-    short = (Axis("order", "space", None, ({},) * 3),)
+    short = (ModelHierarchy("order", "space", None, ({},) * 3),)
     runs = Known(order=1.0)
-    runs.gap = lambda choice, better, stop: 0.5
+    runs.difference = lambda choice, better, stop: 0.5
     with pytest.raises(CosimError, match=r"no level meets the tolerance 0\.001: .* off by 0\.5 of the range"):
-        climb(runs, short, {"order": 0}, 1e-3, 1.0, lambda c, e: None)
+        refine(runs, short, {"order": 0}, 1e-3, 1.0, lambda c, e: None)
 
 
 def test_what_no_run_can_tell_is_not_known() -> None:
     """A choice that is good enough stays one where a model that was not chosen cannot be run."""
     runs = Known(heat=1e-6, inertia=1e-6, order=5.0)
 
-    def gap(choice: dict[str, int], better: dict[str, int], stop: float) -> float:
+    def difference(choice: dict[str, int], better: dict[str, int], stop: float) -> float:
         if better["heat"] > choice["heat"] and better["order"] == choice["order"]:
             raise CosimError("a finer heat fails")
-        return Known.gap(runs, choice, better, stop)
+        return Known.difference(runs, choice, better, stop)
 
-    runs.gap = gap
-    found = descend(runs, AXES, {"heat": 0, "inertia": 3, "order": 3}, 1e-2, 1.0, lambda c, e: None)
+    runs.difference = difference
+    found = coarsen(runs, HIERARCHIES, {"heat": 0, "inertia": 3, "order": 3}, 1e-2, 1.0, lambda c, e: None)
     assert math.isnan(found.gaps["heat"])
     assert 0.0 < found.gaps["order"] < 1e-2
     said = model_selection.select(read("load", ["stop_time=0.2"]))
-    unknown = replace(said.found, gaps={**said.found.gaps, "heat": 0.0, "macro": math.nan})
-    text = replace(said, found=unknown).result(true=math.inf).attrs["fidelity"]
+    unknown = replace(said.search, gaps={**said.search.gaps, "heat": 0.0, "macro": math.nan})
+    text = replace(said, search=unknown).result(true=math.inf).attrs["fidelity"]
     record = json.loads(text, parse_constant=lambda word: pytest.fail(word))
     assert (record["budget"]["coupling"], record["budget"]["true_error"]) == (None, None)
     assert record["budget"]["space"] is not None
@@ -259,14 +268,14 @@ def test_what_no_run_can_tell_is_not_known() -> None:
 
 def test_what_errors_are_measured_against() -> None:
     """The finer of the first two time steps that agree to 2 % of the tolerance; the last of everything else."""
-    axes = (Axis("order", "space", None, ({},) * 8), Axis("step", "time", None, ({},) * 10))
-    axes += (Axis("macro", "coupling", None, ({},) * 8),)
+    hierarchies = (ModelHierarchy("order", "space", None, ({},) * 8), ModelHierarchy("step", "time", None, ({},) * 10))
+    hierarchies += (ModelHierarchy("macro", "coupling", None, ({},) * 8),)
     runs = Known(step=1.0)
     low, high = ({"order": 1, "step": step, "macro": 1} for step in (2, 7))
-    assert truth(runs, axes, [low], 1e-3) == {"order": 7, "step": 6, "macro": 3}
-    assert truth(runs, axes, [low], 1e-5) == {"order": 7, "step": 8, "macro": 3}
-    assert truth(runs, axes, [low, high], 1e-3) == {"order": 7, "step": 9, "macro": 3}
-    assert truth(runs, axes, [low], 1e-9) == {"order": 7, "step": 9, "macro": 3}
+    assert reference_choice(runs, hierarchies, [low], 1e-3) == {"order": 7, "step": 6, "macro": 3}
+    assert reference_choice(runs, hierarchies, [low], 1e-5) == {"order": 7, "step": 8, "macro": 3}
+    assert reference_choice(runs, hierarchies, [low, high], 1e-3) == {"order": 7, "step": 9, "macro": 3}
+    assert reference_choice(runs, hierarchies, [low], 1e-9) == {"order": 7, "step": 9, "macro": 3}
 
 
 # -- runs --------------------------------------------------------------------------------------------------------------
@@ -274,23 +283,26 @@ def test_what_errors_are_measured_against() -> None:
 
 def test_a_run_goes_on_where_it_was() -> None:
     scene = read("drop", ["stop_time=0.1"])
-    choice = dict.fromkeys((axis.name for axis in ladder(scene)), 0)
-    with contextlib.closing(Run(applied(scene, choice))) as whole, contextlib.closing(Runs(scene)) as runs:
-        assert not whole.reach(0.1, limit=0.0)
+    choice = dict.fromkeys((hierarchy.name for hierarchy in model_hierarchies(scene)), 0)
+    with (
+        contextlib.closing(ResumableRun(apply_choice(scene, choice))) as whole,
+        contextlib.closing(RunCache(scene)) as runs,
+    ):
+        assert not whole.advance_to(0.1, limit=0.0)
         assert whole.result.sizes["time"] == 2  # stopped behind the first step
-        assert whole.reach(0.1)
-        early = runs(choice, 0.04).course(runs.asked, 0.04)
+        assert whole.advance_to(0.1)
+        early = runs(choice, 0.04).trajectory(runs.quantities, 0.04)
         assert runs(choice, 0.1).result.identical(whole.result)
-        assert runs.made == 1
+        assert runs.count == 1
         assert early.times[-1] == pytest.approx(0.04)
-        again = runs(choice, 0.04).course(runs.asked, 0.04)
+        again = runs(choice, 0.04).trajectory(runs.quantities, 0.04)
         np.testing.assert_array_equal(again.values["rod.tip.p"], early.values["rod.tip.p"])
 
 
 def test_a_run_that_fails_is_infinitely_far_off(monkeypatch: pytest.MonkeyPatch) -> None:
     scene = read("drop", ["stop_time=0.02"])
-    choice = dict.fromkeys((axis.name for axis in ladder(scene)), 0)
-    with contextlib.closing(Runs(scene)) as runs:
-        assert math.isfinite(runs.gap(choice, {**choice, "order": 1}, 0.02))
-        monkeypatch.setattr("tca_cosim.studies.model_selection.runs.error", lambda *courses: math.nan)
-        assert runs.gap(choice, {**choice, "order": 1}, 0.02) == math.inf
+    choice = dict.fromkeys((hierarchy.name for hierarchy in model_hierarchies(scene)), 0)
+    with contextlib.closing(RunCache(scene)) as runs:
+        assert math.isfinite(runs.difference(choice, {**choice, "order": 1}, 0.02))
+        monkeypatch.setattr("tca_cosim.studies.model_selection.runs.relative_error", lambda *courses: math.nan)
+        assert runs.difference(choice, {**choice, "order": 1}, 0.02) == math.inf

@@ -1,5 +1,5 @@
-"""No more model than a scene needs, whole: choices whose true error is looked up with the finest models, their reasons,
-commands and mistakes."""
+"""Model selection as a whole: choices whose true error is audited with the finest models, their reasons, commands and
+mistakes."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from rich.console import Console
 from tca_cosim import SceneError, read, results, run, titles
 from tca_cosim.cli import app, console
 from tca_cosim.studies import model_selection
+from tca_cosim.studies.model_selection.cost_study import ChoiceRating, candidates
 from tca_cosim.studies.model_selection.search import SHARE
-from tca_cosim.studies.model_selection.study import Judge, candidates
 from test_cli import tca
 from typer.testing import CliRunner
 
@@ -53,9 +53,9 @@ def test_the_true_error_is_within_the_tolerance(
     found = model_selection.select(read(scene, [*overrides, f"fidelity.tolerance={tolerance}"]))
     true = model_selection.audit(found)
     assert true <= tolerance
-    assert found.found.estimate == pytest.approx(true, rel=0.3)
+    assert found.search.estimate == pytest.approx(true, rel=0.3)
     assert found.record()["choice"]["rod.dynamic"] is dynamic
-    assert len(found.record(true)["reasons"]) == len(found.ladder)
+    assert len(found.record(true)["reasons"]) == len(found.hierarchies)
     assert found.record(true)["budget"]["true_error"] == true
 
 
@@ -65,9 +65,9 @@ def test_where_nothing_is_heated_the_heat_rests(scene: str) -> None:
     record = found.record()
     assert record["choice"]["thermal.frozen"] is True
     assert record["reasons"][0].startswith("Heat: at rest, never stepped. Nothing is heated: no voltage at any time")
-    assert found.found.gaps["heat"] == 0.0
+    assert found.search.gaps["heat"] == 0.0
     assert json.loads(found.result().attrs["members"])["thermal"]["frozen"] is True
-    moved = found.runs.gap(found.found.choice, {**found.found.choice, "heat": 1}, 0.2)
+    moved = found.runs.difference(found.search.choice, {**found.search.choice, "heat": 1}, 0.2)
     found.runs.close()
     assert moved == 0.0
 
@@ -81,8 +81,8 @@ def test_other_quantities_need_other_models() -> None:
 
 def test_choices_are_near_the_cheapest_that_is_enough() -> None:
     found = [model_selection.select(read("drop", ["stop_time=0.05", f"fidelity.tolerance={x}"])) for x in (1e-2, 1e-3)]
-    assert len(list(candidates(found[0].ladder, [f.found.choice for f in found]))) > 90
-    for tolerance, judged in zip((1e-2, 1e-3), model_selection.study(found), strict=True):
+    assert len(list(candidates(found[0].hierarchies, [f.search.choice for f in found]))) > 90
+    for tolerance, judged in zip((1e-2, 1e-3), model_selection.cost_study(found), strict=True):
         assert judged.chosen.error <= tolerance >= judged.best.error
         assert judged.best.cost <= judged.chosen.cost
         assert judged.ratio >= 1.0
@@ -90,16 +90,16 @@ def test_choices_are_near_the_cheapest_that_is_enough() -> None:
 
 def test_what_is_dearer_than_all_choices_is_not_studied() -> None:
     found = model_selection.select(read("drop", ["stop_time=0.02", "fidelity.tolerance=0.1"]))
-    judge = Judge([found])
-    chosen = judge.level(found.found.choice)
+    rating = ChoiceRating([found])
+    chosen = rating.rate(found.search.choice)
     assert chosen.error <= 0.1
-    assert judge.level({**found.found.choice, "inertia": 0}).error > 0.1
-    judge.limit = 0.0
-    dear, finer = ({**found.found.choice, "strains": 3, "order": order} for order in (2, 3))
-    assert judge.level(dear).cost == math.inf
-    judge.limit = math.inf
-    assert judge.level(finer).cost == math.inf  # not tried: finer in one, and no coarser in anything
-    assert judge.level({**finer, "strains": 2}).cost < math.inf
+    assert rating.rate({**found.search.choice, "inertia": 0}).error > 0.1
+    rating.limit = 0.0
+    dear, finer = ({**found.search.choice, "strains": 3, "order": order} for order in (2, 3))
+    assert rating.rate(dear).cost == math.inf
+    rating.limit = math.inf
+    assert rating.rate(finer).cost == math.inf  # not tried: finer in one, and no coarser in anything
+    assert rating.rate({**finer, "strains": 2}).cost < math.inf
 
 
 # -- commands and mistakes ---------------------------------------------------------------------------------------------
@@ -120,7 +120,7 @@ def test_commands(tmp_path: Path) -> None:
 def test_a_search_says_what_it_is_at(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     texts: list[str] = []
     scene = read("load", ["stop_time=0.2", "fidelity.level=auto"])
-    result = model_selection.run(scene, tell=texts.append)
+    result = model_selection.run_selected(scene, status=texts.append)
     assert [text.split(":")[0].split(",")[0] for text in texts] == [f"run {k + 1}" for k in range(len(texts))]
     assert len(texts) == json.loads(result.attrs["fidelity"])["budget"]["runs"]
     assert "heat at rest, all six strains, spatial, dynamic, order" in texts[0]

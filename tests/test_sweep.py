@@ -26,7 +26,7 @@ from tca_cosim.parallel import serial, spread
 from tca_cosim.studies import sweep
 from tca_cosim.studies.sweep import chart, design, sensitivity
 
-ROOT = Path(__file__).parent.parent
+PACKAGES = Path(tca.__file__).parents[1]  # for processes that import the same package
 QUICK = """
 scene = "step"
 set = ["stop_time=3", "rod.closure=inside", "rod.order=0", "coupling.macro_step=1"]
@@ -226,7 +226,7 @@ def test_killed_and_resumed(tmp_path: Path) -> None:
     process, byte for byte."""
     (tmp_path / "mine.toml").write_text("runs = 4000\n" + QUICK + TWO)
     command = [sys.executable, "-c", "from tca_cosim.cli import app; app()", "sweep", "mine.toml", "--workers", "2"]
-    about = {"cwd": tmp_path, "env": {**os.environ, "PYTHONPATH": str(ROOT)}, "text": True}
+    about = {"cwd": tmp_path, "env": {**os.environ, "PYTHONPATH": str(PACKAGES)}, "text": True}
     first = subprocess.Popen([*command], **about, stdout=subprocess.DEVNULL, start_new_session=True)
     log = tmp_path / "results" / "mine.sweep.sqlite-wal"
     while not (log.is_file() and log.stat().st_size > 60_000):

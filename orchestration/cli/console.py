@@ -15,7 +15,7 @@ from rich.table import Table
 from ..errors import CosimError
 from ..results.comparison import compare
 from ..scene import Scene
-from ..studies.model_selection import run as run_scene
+from ..studies.model_selection import run_selected
 
 __all__ = ["busy", "extra", "out", "partial_kept", "reported", "run", "show_gaps", "watched", "written"]
 
@@ -63,9 +63,9 @@ def written(*what: object) -> None:
 def run(scene: Scene) -> xr.Dataset:
     """Runs a scene and shows how far it is; where its models are to be chosen, which ones it is at."""
     if scene.accuracy.level == "given":
-        return watched(scene, lambda progress: run_scene(scene, progress))
+        return watched(scene, lambda progress: run_selected(scene, progress))
     with busy(scene.name) as tell:
-        return run_scene(scene, tell=tell)
+        return run_selected(scene, status=tell)
 
 
 @contextlib.contextmanager

@@ -56,21 +56,31 @@ def explain(record: dict[str, Any]) -> None:
 def _rows(scenes: list[Scene], audit: bool, study: bool, folder: Path) -> Iterator[list[str]]:
     """Chooses, runs and writes for one scene and several tolerances; the cells of a row each."""
     with busy(scenes[0].name) as tell:
-        founds = [model_selection.select(scene, tell) for scene in scenes]
+        selections = [model_selection.select(scene, tell) for scene in scenes]
         tell("the finest models")
-        judged = model_selection.study(founds, lambda done, of: tell(f"level {done + 1} of {of}")) if study else []
-        errors: list[float | None] = [j.chosen.error for j in judged] or [
-            model_selection.audit(f) if audit else None for f in founds
-        ]
-    for found, true, judgement in zip_longest(founds, errors, judged):
-        asked = found.scene.accuracy.tolerance
-        path = folder / (
-            f"{found.scene.name}.select.nc" if len(scenes) == 1 else f"{found.scene.name}.select.{asked:g}.nc"
+        studies = (
+            model_selection.cost_study(selections, lambda done, count: tell(f"choice {done + 1} of {count}"))
+            if study
+            else []
         )
-        results.write(found.result(true), path)
-        explain(found.record(true))
+        errors: list[float | None] = [j.chosen.error for j in studies] or [
+            model_selection.audit(s) if audit else None for s in selections
+        ]
+    for selection, true, costs in zip_longest(selections, errors, studies):
+        asked = selection.scene.accuracy.tolerance
+        path = folder / (
+            f"{selection.scene.name}.select.nc" if len(scenes) == 1 else f"{selection.scene.name}.select.{asked:g}.nc"
+        )
+        results.write(selection.result(true), path)
+        explain(selection.record(true))
         written(path)
-        cost = (judgement.chosen if judgement else found.run).cost
-        row = [found.scene.name, f"{asked:g}", f"{found.found.estimate:.2e}", f"{cost:.2g}", f"{found.search:.2g}"]
+        cost = (costs.chosen if costs else selection.run).cost
+        row = [
+            selection.scene.name,
+            f"{asked:g}",
+            f"{selection.search.estimate:.2e}",
+            f"{cost:.2g}",
+            f"{selection.search_time:.2g}",
+        ]
         row += [] if true is None else [f"{true:.2e}"]
-        yield row + ([f"{judgement.best.cost:.2g}", f"{judgement.ratio:.2f}"] if judgement else [])
+        yield row + ([f"{costs.best.cost:.2g}", f"{costs.ratio:.2f}"] if costs else [])

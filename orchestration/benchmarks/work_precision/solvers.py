@@ -20,7 +20,7 @@ from ...scene import Member, Scene, read
 from ...scene.loop_closure import closed_inside
 from ...simulation import open_simulation, recorded_variables
 from ...studies.model_selection import select
-from ...studies.model_selection.hierarchy import applied, ladder
+from ...studies.model_selection.hierarchy import apply_choice, model_hierarchies
 from ...verification import monolith, reference
 from .norm import QUANTITIES
 
@@ -141,10 +141,10 @@ class Auto(CoSimulation):
 
     def run(self, limit: float) -> None:
         if not self._chosen:
-            axes = ladder(self._asked)
-            free = tuple(axis for axis in axes if axis.name != "inertia" or moves(self._asked))
-            found = select(self._asked, axes=free, watch=_watch(PATIENCE * limit, "search for a level, "))
-            self._load(applied(self._asked, found.found.choice), self._times)
+            hierarchies = model_hierarchies(self._asked)
+            free = tuple(h for h in hierarchies if h.name != "inertia" or moves(self._asked))
+            selection = select(self._asked, hierarchies=free, watch=_watch(PATIENCE * limit, "search for a level, "))
+            self._load(apply_choice(self._asked, selection.search.choice), self._times)
             self._chosen = True
         super().run(limit)
 

@@ -1,9 +1,11 @@
-"""No more model than a scene needs: levels of both FMUs and of the coupling, chosen for what a scene asks.
+"""Model selection: the cheapest levels of both FMUs and of the coupling whose estimated error meets a tolerance.
 
-Dimensionless numbers propose a level (screens, proposal), estimates against the next level climb from there and come
-down again (ladder, climb), and the result says what was chosen and why (words)."""
+Dimensionless numbers of the scene propose levels (dimensionless_numbers, symmetry, proposal). Differences to the next
+finer levels estimate the error of that choice; the search refines where the estimate is too large and coarsens where it
+allows (hierarchy, search). The result says what was chosen and why (selection, explanation). Its true error and cost
+can be audited (reference_level, cost_study)."""
 
-from .selection import Selection, audit, run, select
-from .study import Level, Study, study
+from .cost_study import CostStudy, RatedChoice, cost_study
+from .selection import Selection, audit, run_selected, select
 
-__all__ = ["Level", "Selection", "Study", "audit", "run", "select", "study"]
+__all__ = ["CostStudy", "RatedChoice", "Selection", "audit", "cost_study", "run_selected", "select"]

@@ -1,4 +1,4 @@
-"""Dimensionless numbers that tell from the scene alone how much model it may need.
+"""Dimensionless numbers of a scene, from which levels of models are proposed before anything is run.
 
 L length, A area, EI bending stiffness, h heat transfer, k conductivity of the body, w1 first natural frequency
 (clamped-free, body alone: TCAs make it stiffer, so this is the slowest):
@@ -31,14 +31,23 @@ from ...scene.manipulator import (
     is_element_of,
 )
 
-__all__ = ["Numbers", "duration", "envelope", "numbers", "residual", "unheated"]
+__all__ = [
+    "DimensionlessNumbers",
+    "dimensionless_numbers",
+    "is_unheated",
+    "residual_envelope",
+    "residual_vibration",
+    "rise_time",
+]
 
-_INSTANT = 1e-9  # [s]
+_INSTANT = 1e-9  # [s] length of the step at whose start a signal is evaluated
 _CLAMPED_FREE = 1.8751040687119611  # first root of cos x cosh x = -1
 
 
 @dataclass(frozen=True)
-class Numbers:
+class DimensionlessNumbers:
+    """Numbers of one scene (formulas: module docstring); defaults where it lacks the FMU that they belong to."""
+
     biot: float = 0.0
     shear: float = 0.0
     extension: float = 0.0
@@ -50,35 +59,37 @@ class Numbers:
 
     @property
     def residual(self) -> float:
-        """Envelope of the vibration that the fastest load leaves."""
-        return envelope(2.0 * math.pi * self.frequency, self.ramp)
+        """Envelope of the vibration that the fastest load leaves behind, share of its deflection."""
+        return residual_envelope(2.0 * math.pi * self.frequency, self.ramp)
 
     @property
     def load(self) -> float:
+        """Sum of the gravity and the tip load number."""
         return self.gravity + self.tip
 
     @property
     def arc(self) -> bool:
-        """Equilibria have constant strain exactly: nothing acts on the rod but TCAs parallel to it."""
+        """Whether equilibria have constant strain exactly: only TCAs parallel to the rod act on it."""
         return self.parallel and self.load == 0.0
 
 
-def residual(w: float, tau: float) -> float:
-    """Amplitude of the vibration after a ramp of length tau [s], share of the static deflection; undamped, frequency w
-    [rad/s]."""
+def residual_vibration(w: float, tau: float) -> float:
+    """Amplitude of the undamped vibration of frequency w [rad/s] after a ramp of length tau [s], share of the static
+    deflection."""
     x = 0.5 * w * tau
     return abs(math.sin(x) / x) if x else 1.0
 
 
-def envelope(w: float, tau: float) -> float:
-    """Least bound of residual() for all longer ramps, as 1/x; no ramp hits a zero of the sine for sure."""
+def residual_envelope(w: float, tau: float) -> float:
+    """Least upper bound of residual_vibration() over all ramps of at least tau [s].
+
+    A real ramp does not hit a zero of the sine exactly."""
     x = 0.5 * w * tau
     return min(1.0, 1.0 / x) if x else 1.0
 
 
-def duration(signal: Signal) -> float:
-    """Shortest time in which an input goes from one level to another [s]: 0 where it jumps, inf where it never
-    moves."""
+def rise_time(signal: Signal) -> float:
+    """Shortest time [s] in which a signal goes from one value to another: 0 at a jump, inf where it is constant."""
     match signal:
         case Constant():
             return math.inf
@@ -94,9 +105,8 @@ def duration(signal: Signal) -> float:
     return 0.0
 
 
-def unheated(scene: Scene) -> bool:
-    """Whether temperatures stay as they are, exactly: no voltage at any time, and all at the ambient temperature from
-    the start."""
+def is_unheated(scene: Scene) -> bool:
+    """Whether temperatures stay constant exactly: no voltage at any time, everything at ambient temperature."""
     thermal = scene.model(THERMAL)
     if thermal is None:
         return False
@@ -107,21 +117,21 @@ def unheated(scene: Scene) -> bool:
     return not any(value for extremes in volts for value in extremes) and set(ambient) == {thermal.real("T_0")}
 
 
-def numbers(scene: Scene) -> Numbers:
+def dimensionless_numbers(scene: Scene) -> DimensionlessNumbers:
     """Dimensionless numbers of the scene's thermal and rod FMUs, as far as it has them."""
-    found: dict[str, Any] = {}
+    values: dict[str, Any] = {}
     thermal, rod = scene.model(THERMAL), scene.model(ROD)
     heat = ThermalParameters.of(thermal) if thermal else None
     if heat:
-        found["biot"] = heat.transfer * heat.geometry.radius / heat.body_k
+        values["biot"] = heat.transfer * heat.geometry.radius / heat.body_k
     if rod:
-        found |= _rod(rod)
+        values |= _rod(rod)
         volts = [s for n, s in thermal.signals.items() if is_element_of(n, VOLTAGE)] if thermal else []
-        heats = [_heating(heat, s) for s in volts] if heat else []
-        loads = [_loading(rod, s) for n, s in rod.signals.items() if any(is_element_of(n, load) for load in LOADS)]
-        given = [duration(s) for n, s in rod.signals.items() if is_element_of(n, TEMPERATURE)]
-        found["ramp"] = min([*heats, *loads, *given], default=math.inf)
-    return Numbers(**found)
+        heats = [_heating_time(heat, s) for s in volts] if heat else []
+        loads = [_loading_time(rod, s) for n, s in rod.signals.items() if any(is_element_of(n, load) for load in LOADS)]
+        temperatures = [rise_time(s) for n, s in rod.signals.items() if is_element_of(n, TEMPERATURE)]
+        values["ramp"] = min([*heats, *loads, *temperatures], default=math.inf)
+    return DimensionlessNumbers(**values)
 
 
 def _rod(rod: Member) -> dict[str, Any]:
@@ -151,18 +161,18 @@ def _stiffness(p: RodParameters) -> tuple[float, float, float, float]:
     return area, E * math.pi * radius**4 / 4.0, shearing, E * area
 
 
-def _heating(p: ThermalParameters, signal: Signal) -> float:
-    """A voltage acts no faster than the TCA warms through: r^2/diffusivity."""
+def _heating_time(p: ThermalParameters, signal: Signal) -> float:
+    """Rise time of the heat of one voltage [s], at least the diffusion time r^2/diffusivity of the TCA."""
     if not any(signal.extremes):
         return math.inf
     through = p.outer_radius**2 * p.tca_rho_c / p.tca_k
-    return through if signal.polynomial(0.0, _INSTANT)[0] else max(through, duration(signal))
+    return through if signal.polynomial(0.0, _INSTANT)[0] else max(through, rise_time(signal))
 
 
-def _loading(rod: Member, signal: Signal) -> float:
-    """A load that is there from the start is a jump for a rod that starts straight."""
+def _loading_time(rod: Member, signal: Signal) -> float:
+    """Rise time of a load [s]; 0 where it is there from the start and the rod starts straight."""
     start = signal.polynomial(0.0, _INSTANT)[0]
-    return 0.0 if start and not rod.value("start_at_equilibrium") else duration(signal)
+    return 0.0 if start and not rod.value("start_at_equilibrium") else rise_time(signal)
 
 
 def _largest(rod: Member, vector: str) -> float:

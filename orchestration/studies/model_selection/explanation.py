@@ -1,4 +1,4 @@
-"""Why a choice is what it is, in sentences with the numbers that decided it."""
+"""Explanation of a choice: one sentence per hierarchy, with the numbers that decided it."""
 
 from __future__ import annotations
 
@@ -6,72 +6,72 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from .dimensionless_numbers import Numbers
-from .hierarchy import REST, Choice, Ladder
-from .search import Found
+from .dimensionless_numbers import DimensionlessNumbers
+from .hierarchy import FROZEN, Choice, Hierarchies
+from .search import SearchResult
 
-__all__ = ["brief", "reasons"]
+__all__ = ["reasons", "summary"]
 
-_NOTHING = 1e-9  # share of the range
+_NEGLIGIBLE = 1e-9  # share of the range below which a difference counts as none
 _STRAINS = {
     "bending": "bending alone",
     "extensible": "bending and stretch",
     "kirchhoff": "bending, stretch and twist",
     "cosserat": "all six strains",
 }
-Rung = Mapping[str, Any]
+LevelSettings = Mapping[str, Any]
 
 
-def reasons(ladder: Ladder, found: Found, numbers: Numbers) -> list[str]:
-    """One sentence per axis, in the order of the ladder."""
-    return [_SENTENCES[a.name](a.rungs[found.choice[a.name]], found, numbers) for a in ladder]
+def reasons(hierarchies: Hierarchies, search: SearchResult, numbers: DimensionlessNumbers) -> list[str]:
+    """One sentence per hierarchy, in their order."""
+    return [_SENTENCES[h.name](h.levels[search.choice[h.name]], search, numbers) for h in hierarchies]
 
 
-def brief(ladder: Ladder, choice: Choice) -> str:
-    """What a choice is, in a few words."""
-    return ", ".join(_BRIEF[a.name](a.rungs[choice[a.name]]) for a in ladder)
+def summary(hierarchies: Hierarchies, choice: Choice) -> str:
+    """A choice in a few words."""
+    return ", ".join(_WORDS[h.name](h.levels[choice[h.name]]) for h in hierarchies)
 
 
-def _adds(found: Found, axis: str, what: str) -> str:
-    gap = found.gaps[axis]
+def _adds(search: SearchResult, name: str, what: str) -> str:
+    gap = search.gaps[name]
     if math.isnan(gap):
         return f"how much {what} would change is not known: a run that would tell fails"
-    return f"{what} would change nothing" if gap < _NOTHING else f"{what} would move the answer by {_share(gap)}"
+    return f"{what} would change nothing" if gap < _NEGLIGIBLE else f"{what} would move the answer by {_share(gap)}"
 
 
-def _power(rung: Rung) -> str:
-    return f"{rung['tolerance']:.0e}"
+def _power_of_ten(level: LevelSettings) -> str:
+    return f"{level['tolerance']:.0e}"
 
 
 def _share(gap: float) -> str:
     return f"{gap:.1e} of its range"
 
 
-def _heat(rung: Rung, found: Found, n: Numbers) -> str:
-    if rung.get(REST):
+def _heat(level: LevelSettings, search: SearchResult, n: DimensionlessNumbers) -> str:
+    if level.get(FROZEN):
         return (
             "Heat: at rest, never stepped. Nothing is heated: no voltage at any time, all at the ambient temperature "
             "from the start; it stays there exactly."
         )
     spread = f"Biot number {n.biot:.2g}: {'one temperature per section' if n.biot < 0.1 else 'no uniform section'}"
-    model = "a network of few nodes" if rung["level"] == "lumped" else f"reduced model to {rung['tolerance']:.0e}"
-    return f"Heat: {model}. {spread}; {_adds(found, 'heat', 'the next finer one')}."
+    model = "a network of few nodes" if level["level"] == "lumped" else f"reduced model to {level['tolerance']:.0e}"
+    return f"Heat: {model}. {spread}; {_adds(search, 'heat', 'the next finer one')}."
 
 
-def _strains(rung: Rung, found: Found, n: Numbers) -> str:
+def _strains(level: LevelSettings, search: SearchResult, n: DimensionlessNumbers) -> str:
     why = "Nothing shears or twists it" if n.arc else f"Shear number {n.shear:.2g}, extension number {n.extension:.2g}"
-    more = "all there are" if rung["strains"] == "cosserat" else _adds(found, "strains", "all six")
-    return f"Strains: {_STRAINS[rung['strains']]}. {why}; {more}."
+    more = "all there are" if level["strains"] == "cosserat" else _adds(search, "strains", "all six")
+    return f"Strains: {_STRAINS[level['strains']]}. {why}; {more}."
 
 
-def _plane(rung: Rung, found: Found, n: Numbers) -> str:
-    where = f"the plane at azimuth {math.degrees(rung['plane']):.3g} deg"
-    if rung["planar"]:
-        return f"Planar: TCAs, heat and loads mirror in {where}; {_adds(found, 'plane', 'leaving it')}."
+def _plane(level: LevelSettings, search: SearchResult, n: DimensionlessNumbers) -> str:
+    where = f"the plane at azimuth {math.degrees(level['plane']):.3g} deg"
+    if level["planar"]:
+        return f"Planar: TCAs, heat and loads mirror in {where}; {_adds(search, 'plane', 'leaving it')}."
     return f"Spatial: TCAs, heat and loads mirror in {where}, and yet the rod leaves it."
 
 
-def _inertia(rung: Rung, found: Found, n: Numbers) -> str:
+def _inertia(level: LevelSettings, search: SearchResult, n: DimensionlessNumbers) -> str:
     grows = "at once" if n.ramp == 0.0 else f"over {n.ramp:.2g} s"
     why = (
         f"loads grow {grows} against a first period of {1.0 / n.frequency:.2g} s, which leaves a vibration of at most "
@@ -79,30 +79,30 @@ def _inertia(rung: Rung, found: Found, n: Numbers) -> str:
     )
     if n.ramp == math.inf:
         why = "no load grows, so none leaves a vibration"
-    if rung["dynamic"]:
-        off = found.refused["inertia"]
+    if level["dynamic"]:
+        off = search.rejected["inertia"]
         without = "the run fails" if off == math.inf else f"the answer would be off by {_share(off)}"
         return f"Dynamic: {why}; without inertia {without}."
-    return f"Quasi-static: {why}; {_adds(found, 'inertia', 'inertia')}."
+    return f"Quasi-static: {why}; {_adds(search, 'inertia', 'inertia')}."
 
 
-def _order(rung: Rung, found: Found, n: Numbers) -> str:
-    degree = rung["order"]
+def _order(level: LevelSettings, search: SearchResult, n: DimensionlessNumbers) -> str:
+    degree = level["order"]
     shape = f"Strains of degree {degree} along the rod" if degree else "Constant strain (order 0)"
     why = f"gravity number {n.gravity:.2g}, tip load number {n.tip:.2g}" + ("" if n.parallel else ", TCAs not parallel")
     if n.arc:
         why = "no gravity, no load at the tip and parallel TCAs: equilibria are arcs exactly"
-    return f"{shape}: {why}; {_adds(found, 'order', 'two orders more')}."
+    return f"{shape}: {why}; {_adds(search, 'order', 'two orders more')}."
 
 
-def _step(rung: Rung, found: Found, n: Numbers) -> str:
-    return f"Rod solver: relative tolerance {rung['tolerance']:.0e}; {_adds(found, 'step', 'a tenth of it')}."
+def _step(level: LevelSettings, search: SearchResult, n: DimensionlessNumbers) -> str:
+    return f"Rod solver: relative tolerance {level['tolerance']:.0e}; {_adds(search, 'step', 'a tenth of it')}."
 
 
-def _macro(rung: Rung, found: Found, n: Numbers) -> str:
-    share = rung["macro_step"]
+def _macro(level: LevelSettings, search: SearchResult, n: DimensionlessNumbers) -> str:
+    share = level["macro_step"]
     step = "the scene's own" if share == 1.0 else f"the scene's own over {1.0 / share:.0f}"
-    return f"Macro step: {step}, the TCAs' loop closed inside the rod; {_adds(found, 'macro', 'half of it')}."
+    return f"Macro step: {step}, the TCAs' loop closed inside the rod; {_adds(search, 'macro', 'half of it')}."
 
 
 _SENTENCES = {
@@ -114,14 +114,18 @@ _SENTENCES = {
     "step": _step,
     "macro": _macro,
 }
-_BRIEF: Mapping[str, Callable[[Rung], str]] = {
-    "heat": lambda rung: (
-        "heat at rest" if rung.get(REST) else "lumped heat" if rung["level"] == "lumped" else f"heat to {_power(rung)}"
+_WORDS: Mapping[str, Callable[[LevelSettings], str]] = {
+    "heat": lambda level: (
+        "heat at rest"
+        if level.get(FROZEN)
+        else "lumped heat"
+        if level["level"] == "lumped"
+        else f"heat to {_power_of_ten(level)}"
     ),
-    "strains": lambda rung: _STRAINS[rung["strains"]],
-    "plane": lambda rung: "planar" if rung["planar"] else "spatial",
-    "inertia": lambda rung: "dynamic" if rung["dynamic"] else "quasi-static",
-    "order": lambda rung: f"order {rung['order']}",
-    "step": lambda rung: f"rod to {_power(rung)}",
-    "macro": lambda rung: f"macro step / {1.0 / rung['macro_step']:.0f}",
+    "strains": lambda level: _STRAINS[level["strains"]],
+    "plane": lambda level: "planar" if level["planar"] else "spatial",
+    "inertia": lambda level: "dynamic" if level["dynamic"] else "quasi-static",
+    "order": lambda level: f"order {level['order']}",
+    "step": lambda level: f"rod to {_power_of_ten(level)}",
+    "macro": lambda level: f"macro step / {1.0 / level['macro_step']:.0f}",
 }

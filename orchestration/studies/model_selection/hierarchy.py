@@ -1,4 +1,6 @@
-"""What can be chosen, as data: one ladder per axis, from the least model to the most. A choice is one rung on each."""
+"""What can be chosen, as data: hierarchies of models, each with its levels from the coarsest to the finest.
+
+A choice is one level in each hierarchy."""
 
 from __future__ import annotations
 
@@ -10,56 +12,80 @@ from ...fmi.archive import kept
 from ...scene import Member, Scene
 from ...scene.loop_closure import closed_inside
 from ...scene.manipulator import ROD, THERMAL
-from .dimensionless_numbers import unheated
-from .symmetry import plane
+from .dimensionless_numbers import is_unheated
+from .symmetry import symmetry_plane
 
-__all__ = ["REST", "Axis", "Choice", "Ladder", "applied", "ladder", "settings"]
+__all__ = [
+    "FROZEN",
+    "Choice",
+    "Hierarchies",
+    "ModelHierarchy",
+    "apply_choice",
+    "choice_settings",
+    "model_hierarchies",
+]
 
-REST = "frozen"  # the one key here that is no parameter of an FMU: of a member that is never stepped
+FROZEN = "frozen"  # the one key of a level that is not an FMU parameter: the member is never stepped
 Value = float | int | bool | str
-Choice = Mapping[str, int]  # axis -> rung
+Choice = Mapping[str, int]  # name of a hierarchy -> index of the level
 
 
 @dataclass(frozen=True)
-class Axis:
-    """rungs: the settings of each, from the least model to the most. term: of the error budget. model: of the FMU that
-    they belong to, by its name; None: the master. compared: how many rungs further the model is that shows what this
-    one lacks (math.inf: the last rung). complete: the last rung lacks nothing; where it may, it is there for
-    comparison only. exact: nor does the first one, here."""
+class ModelHierarchy:
+    """Models of one aspect, ordered from the coarsest to the finest.
+
+    Parameters
+    ----------
+    name : str
+        Key of the hierarchy in a choice.
+    term : str
+        Term of the error budget that it contributes to: model, space, time or coupling.
+    model : str or None
+        Model name of the FMU whose parameters the levels set; None: the master's settings.
+    levels : tuple of mappings
+        Settings of each level.
+    compared : float
+        Distance in levels to the one that shows what a level lacks; `math.inf`: the finest.
+    complete : bool
+        Whether the finest level lacks nothing. Where it may, it serves for comparison only.
+    exact : bool
+        Whether the coarsest level lacks nothing either, for this scene.
+    """
 
     name: str
     term: str
     model: str | None
-    rungs: tuple[Mapping[str, Value], ...]
+    levels: tuple[Mapping[str, Value], ...]
     compared: float = 1
     complete: bool = False
     exact: bool = False
 
     @property
-    def last(self) -> int:
-        """The highest rung that can be chosen."""
-        return len(self.rungs) - (1 if self.complete else 2)
+    def highest(self) -> int:
+        """Index of the finest level that can be chosen."""
+        return len(self.levels) - (1 if self.complete else 2)
 
-    def above(self, rung: int) -> int:
-        return 0 if self.exact and rung == 0 else int(min(rung + self.compared, len(self.rungs) - 1))
+    def comparison_level(self, level: int) -> int:
+        """Index of the level whose difference to `level` estimates the error of `level`."""
+        return 0 if self.exact and level == 0 else int(min(level + self.compared, len(self.levels) - 1))
 
 
-Ladder = tuple[Axis, ...]
+Hierarchies = tuple[ModelHierarchy, ...]
 
 _TOLERANCES = tuple(10.0**-k for k in range(1, 11))
-# The mesh is the same from 1e-2 to 1e-4, so nothing would show between them.
+# The mesh is the same from 1e-2 to 1e-4, so levels between them would not differ.
 _REDUCED: tuple[Mapping[str, Value], ...] = tuple(
     {"level": "reduced", "tolerance": t} for t in (1e-3, 1e-5, 1e-6, 1e-7, 1e-8)
 )
-_AXES: Ladder = (
-    Axis(
+_HIERARCHIES: Hierarchies = (
+    ModelHierarchy(
         "heat",
         "space",
         THERMAL,
         ({"level": "lumped"}, *_REDUCED),
     ),
-    # Against all strains: twist alone shows nothing where bending goes with shear.
-    Axis(
+    # Compared with all strains: twist alone changes nothing where bending goes with shear.
+    ModelHierarchy(
         "strains",
         "model",
         ROD,
@@ -67,68 +93,77 @@ _AXES: Ladder = (
         math.inf,
         complete=True,
     ),
-    Axis("inertia", "model", ROD, ({"dynamic": False}, {"dynamic": True}), complete=True),
-    # Two orders further: one more may show nothing where shapes are symmetric.
-    Axis("order", "space", ROD, tuple({"order": n} for n in range(8)), 2),
-    Axis("step", "time", ROD, tuple({"tolerance": t} for t in _TOLERANCES)),
-    Axis("macro", "coupling", None, tuple({"macro_step": 0.5**k} for k in range(8))),  # shares of the scene's own
+    ModelHierarchy("inertia", "model", ROD, ({"dynamic": False}, {"dynamic": True}), complete=True),
+    # Compared two orders further: one more may change nothing where shapes are symmetric.
+    ModelHierarchy("order", "space", ROD, tuple({"order": n} for n in range(8)), 2),
+    ModelHierarchy("step", "time", ROD, tuple({"tolerance": t} for t in _TOLERANCES)),
+    # Shares of the scene's own macro step.
+    ModelHierarchy("macro", "coupling", None, tuple({"macro_step": 0.5**k} for k in range(8))),
 )
-# What an unheated section may be: of all models the one that loads fastest, since nothing is computed with it.
-_AT_REST: Mapping[str, Value] = {REST: True, "level": "lumped", "tolerance": 0.1}
-# What is the same for every choice: methods that need no tuning, and no loop where none is needed.
+# The heat of an unheated section: the model that loads fastest, since nothing is computed with it.
+_FROZEN_HEAT: Mapping[str, Value] = {FROZEN: True, "level": "lumped", "tolerance": 0.1}
+# Settings of every choice: an integrator that needs no tuning.
 _FIXED: dict[str, Mapping[str, Value]] = {ROD: {"method": "rosenbrock"}}
 
 
-def ladder(scene: Scene) -> Ladder:
-    """The axes that the scene's FMUs have."""
-    axes = list(_AXES)
-    if unheated(scene):
-        axes[0] = replace(axes[0], rungs=(_AT_REST, *axes[0].rungs), exact=True)
-    if (azimuth := plane(scene)) is not None:
+def model_hierarchies(scene: Scene) -> Hierarchies:
+    """The hierarchies that the scene's FMUs offer."""
+    hierarchies = list(_HIERARCHIES)
+    if is_unheated(scene):
+        hierarchies[0] = replace(hierarchies[0], levels=(_FROZEN_HEAT, *hierarchies[0].levels), exact=True)
+    if (azimuth := symmetry_plane(scene)) is not None:
         planar = ({"planar": True, "plane": azimuth}, {"planar": False, "plane": azimuth})
-        axes.insert(2, Axis("plane", "model", ROD, planar, complete=True))
+        hierarchies.insert(2, ModelHierarchy("plane", "model", ROD, planar, complete=True))
     return tuple(
-        axis
-        for axis in axes
-        if axis.model is None
-        or ((member := scene.model(axis.model)) and all(k in member.archive.variables for k in axis.rungs[-1]))
+        hierarchy
+        for hierarchy in hierarchies
+        if hierarchy.model is None
+        or (
+            (member := scene.model(hierarchy.model))
+            and all(k in member.archive.variables for k in hierarchy.levels[-1])
+        )
     )
 
 
-def settings(scene: Scene, choice: Choice) -> dict[str, Value]:
-    """What a choice sets, by the keys of a scene file and REST, which no file can; enumerations by name, the macro step
-    in s. Axes that are not in it stay as the scene has them."""
-    found: dict[str, Value] = {}
-    for axis in (axis for axis in ladder(scene) if axis.name in choice):
-        member = scene.model(axis.model) if axis.model else None
+def choice_settings(scene: Scene, choice: Choice) -> dict[str, Value]:
+    """The settings that a choice makes, by the keys of a scene file and FROZEN, which no file can set.
+
+    Enumerations are given by name, the macro step in s. Hierarchies that are missing in the choice stay as the scene
+    has them."""
+    settings: dict[str, Value] = {}
+    for hierarchy in (h for h in model_hierarchies(scene) if h.name in choice):
+        member = scene.model(hierarchy.model) if hierarchy.model else None
         name = member.name if member else "coupling"
-        found |= {f"{name}.{key}": value for key, value in axis.rungs[choice[axis.name]].items()}
+        settings |= {f"{name}.{key}": value for key, value in hierarchy.levels[choice[hierarchy.name]].items()}
     for model, fixed in _FIXED.items():
         if member := scene.model(model):
-            found |= {f"{member.name}.{key}": value for key, value in fixed.items()}
-    found["coupling.macro_step"] = scene.coupling.macro_step * float(found.get("coupling.macro_step", 1.0))
-    return found
+            settings |= {f"{member.name}.{key}": value for key, value in fixed.items()}
+    settings["coupling.macro_step"] = scene.coupling.macro_step * float(settings.get("coupling.macro_step", 1.0))
+    return settings
 
 
-def applied(scene: Scene, choice: Choice) -> Scene:
-    """The scene with that choice: loops closed inside the rod, macro steps of one length. Its FMUs stay unpacked until
-    the process ends."""
-    chosen = settings(scene, choice)
+def apply_choice(scene: Scene, choice: Choice) -> Scene:
+    """The scene with that choice: loops closed inside the rod, macro steps of constant length.
+
+    Its FMUs stay unpacked until the process ends."""
+    settings = choice_settings(scene, choice)
     members = tuple(
-        _set(m, {k.removeprefix(f"{m.name}."): v for k, v in chosen.items() if k.startswith(f"{m.name}.")})
+        _with_settings(m, {k.removeprefix(f"{m.name}."): v for k, v in settings.items() if k.startswith(f"{m.name}.")})
         for m in scene.members
     )
-    coupling = replace(scene.coupling, macro_step=float(chosen["coupling.macro_step"]), control="fixed")
+    coupling = replace(scene.coupling, macro_step=float(settings["coupling.macro_step"]), control="fixed")
     accuracy = replace(scene.accuracy, level="given")
     return closed_inside(replace(scene, members=members, coupling=coupling, accuracy=accuracy))
 
 
-def _set(member: Member, chosen: Mapping[str, Value]) -> Member:
-    about = member.archive.variables
-    indices = {k: about[k].items.index(v) + 1 if isinstance(v, str) else v for k, v in chosen.items() if k != REST}
+def _with_settings(member: Member, settings: Mapping[str, Value]) -> Member:
+    variables = member.archive.variables
+    parameters = {
+        k: variables[k].items.index(v) + 1 if isinstance(v, str) else v for k, v in settings.items() if k != FROZEN
+    }
     return replace(
         member,
         archive=kept(member.archive.path),
-        parameters={**member.parameters, **indices},
-        frozen=member.frozen or bool(chosen.get(REST)),
+        parameters={**member.parameters, **parameters},
+        frozen=member.frozen or bool(settings.get(FROZEN)),
     )

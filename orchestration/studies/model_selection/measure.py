@@ -1,6 +1,7 @@
-"""How far two runs lie apart in what a scene asks for: rms over the common times of the distance, share of the
-quantity's range. The range is the diagonal of the box that the quantity moves in; one that hardly moves is measured
-by a share of its nominal."""
+"""Error of a run in the quantities that a scene asks for, relative to their ranges.
+
+The error is the rms over the common times of the distance between two trajectories, divided by the range: the diagonal
+of the box that the quantity moves in, at least a share of its nominal."""
 
 from __future__ import annotations
 
@@ -12,33 +13,45 @@ import numpy as np
 from ...errors import SceneError
 from ...scene import Scene
 
-__all__ = ["DEFAULT", "Course", "Quantity", "error", "quantities"]
+__all__ = ["DEFAULT", "Quantity", "Trajectory", "relative_error", "requested_quantities"]
 
-DEFAULT = ("rod", "tip.p")  # model and output that a scene asks for where it does not say
-_RESTING = 1e-3  # share of the nominal that counts as range, at least
-_SAME = 1e-9  # share of the last time within which two are the same
+DEFAULT = ("rod", "tip.p")  # model and output that a scene asks for where it says nothing
+_LEAST_RANGE = 1e-3  # share of the nominal that counts as range, at least
+_SAME_TIME = 1e-9  # share of the last time within which two times are equal
 
 
 @dataclass(frozen=True)
 class Quantity:
-    """An output of a member; least: the range that it has at least, in its unit; angle: the same again after 2 pi."""
+    """An output vector of a member.
+
+    Parameters
+    ----------
+    member : str
+        Name of the member.
+    elements : tuple of str
+        Names of the vector's scalar variables.
+    least : float
+        Smallest range that errors are divided by, in the quantity's unit.
+    angle : bool
+        Whether values that differ by 2 pi are equal.
+    """
 
     member: str
-    elements: tuple[str, ...]  # variables
+    elements: tuple[str, ...]
     least: float
     angle: bool = False
 
 
 @dataclass(frozen=True)
-class Course:
-    """What a run gave of the quantities asked for."""
+class Trajectory:
+    """Values of the quantities asked for. times: (n,) [s]; values: per quantity (n, elements)."""
 
-    times: np.ndarray  # [s]
-    values: Mapping[str, np.ndarray]  # (time, element)
+    times: np.ndarray
+    values: Mapping[str, np.ndarray]
 
 
-def quantities(scene: Scene) -> dict[str, Quantity]:
-    """What the scene asks for, by name. Raises SceneError."""
+def requested_quantities(scene: Scene) -> dict[str, Quantity]:
+    """The quantities that the scene asks for, by name. Raises SceneError where it asks for none and has no rod."""
     names = scene.accuracy.quantities
     if not names:
         rod = scene.model(DEFAULT[0])
@@ -54,20 +67,20 @@ def quantities(scene: Scene) -> dict[str, Quantity]:
 def _quantity(scene: Scene, member: str, output: str) -> Quantity:
     archive = scene.member(member).archive
     elements = archive.vectors.get(output, (output,))
-    about = archive.variables[elements[0]]
-    return Quantity(member, elements, _RESTING * about.nominal, about.unit == "rad")
+    variable = archive.variables[elements[0]]
+    return Quantity(member, elements, _LEAST_RANGE * variable.nominal, variable.unit == "rad")
 
 
-def error(course: Course, better: Course, asked: Mapping[str, Quantity]) -> float:
-    """The largest of all quantities asked for."""
-    a, b = course.times, better.times
+def relative_error(trajectory: Trajectory, reference: Trajectory, quantities: Mapping[str, Quantity]) -> float:
+    """The largest error of all quantities, share of the range of each."""
+    a, b = trajectory.times, reference.times
     after = np.clip(np.searchsorted(b, a), 1, len(b) - 1)
     nearest = after - (a - b[after - 1] < b[after] - a)
-    same = np.abs(a - b[nearest]) <= _SAME * b[-1]
+    same = np.abs(a - b[nearest]) <= _SAME_TIME * b[-1]
     worst = 0.0
-    for name, quantity in asked.items():
-        span = float(np.linalg.norm(np.ptp(better.values[name], axis=0)))
-        gap = course.values[name][same] - better.values[name][nearest[same]]
+    for name, quantity in quantities.items():
+        span = float(np.linalg.norm(np.ptp(reference.values[name], axis=0)))
+        gap = trajectory.values[name][same] - reference.values[name][nearest[same]]
         if quantity.angle:
             gap = (gap + np.pi) % (2.0 * np.pi) - np.pi
         worst = max(worst, float(np.sqrt((gap**2).sum(axis=1).mean())) / max(span, quantity.least))

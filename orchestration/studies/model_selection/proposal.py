@@ -1,37 +1,41 @@
-"""The rungs at which the climb begins: what the dimensionless numbers of a scene say, and no more where they are
-unsure."""
+"""Levels at which the search begins: those that the dimensionless numbers of a scene justify, the coarser in doubt."""
 
 from __future__ import annotations
 
 import math
 
-from .dimensionless_numbers import Numbers
-from .hierarchy import Axis, Choice, Ladder
+from .dimensionless_numbers import DimensionlessNumbers
+from .hierarchy import Choice, Hierarchies, ModelHierarchy
 
-__all__ = ["propose"]
+__all__ = ["propose_choice"]
 
-_SPREAD = 0.1  # Biot number below which a section is at one temperature
-_SWINGS = 0.3  # residual vibration from which on there is no doubt about inertia
-_RESERVE = 0.1  # share of the tolerance for time steps: a tighter one costs next to nothing
+_UNIFORM = 0.1  # Biot number below which a section has one temperature (textbook bound of the lumped model)
+_SWINGS = 0.3  # residual vibration, share of the deflection, from which on inertia is needed beyond doubt
+_RESERVE = 0.1  # tolerance of time steps / tolerance asked for: a tighter one costs next to nothing
+_MOST_ORDER = 4  # highest order proposed; the search goes on from there
 
 
-def propose(ladder: Ladder, numbers: Numbers, tolerance: float) -> Choice:
-    found = {axis.name: 0 for axis in ladder}
-    exact = {"heat": tolerance, "step": _RESERVE * tolerance}
-    for axis in ladder:
-        if axis.name in exact and not axis.exact and (axis.name != "heat" or numbers.biot >= _SPREAD):
-            found[axis.name] = _first(axis, exact[axis.name])
-    if "inertia" in found and numbers.residual >= _SWINGS:
-        found["inertia"] = 1
-    if "strains" in found:
+def propose_choice(hierarchies: Hierarchies, numbers: DimensionlessNumbers, tolerance: float) -> Choice:
+    """The first choice of a search for that tolerance (share of the range)."""
+    choice = {h.name: 0 for h in hierarchies}
+    needed = {"heat": tolerance, "step": _RESERVE * tolerance}
+    for hierarchy in hierarchies:
+        name = hierarchy.name
+        if name in needed and not hierarchy.exact and (name != "heat" or numbers.biot >= _UNIFORM):
+            choice[name] = _first_level(hierarchy, needed[name])
+    if "inertia" in choice and numbers.residual >= _SWINGS:
+        choice["inertia"] = 1
+    if "strains" in choice:
         sheared = numbers.load > 0.0 and numbers.shear > tolerance
-        found["strains"] = 3 if sheared else 1 if numbers.extension > tolerance else 0
-    if "order" in found and not numbers.arc and numbers.load > tolerance:
-        found["order"] = min(max(0, math.ceil(math.log10(numbers.load / tolerance)) - 1), 4)  # a decade per order
-    return {axis.name: min(found[axis.name], axis.last) for axis in ladder}
+        choice["strains"] = 3 if sheared else 1 if numbers.extension > tolerance else 0
+    if "order" in choice and not numbers.arc and numbers.load > tolerance:
+        decades = math.ceil(math.log10(numbers.load / tolerance))  # each order gains about one
+        choice["order"] = min(max(0, decades - 1), _MOST_ORDER)
+    return {h.name: min(choice[h.name], h.highest) for h in hierarchies}
 
 
-def _first(axis: Axis, tolerance: float) -> int:
-    """The lowest rung that promises that tolerance, or the highest there is."""
-    promising = (k for k, rung in enumerate(axis.rungs) if float(rung.get("tolerance", 1.0)) <= 1.001 * tolerance)
-    return next(promising, axis.last)
+def _first_level(hierarchy: ModelHierarchy, tolerance: float) -> int:
+    """The coarsest level that promises that tolerance, or the finest."""
+    levels = enumerate(hierarchy.levels)
+    promising = (k for k, level in levels if float(level.get("tolerance", 1.0)) <= 1.001 * tolerance)
+    return next(promising, hierarchy.highest)

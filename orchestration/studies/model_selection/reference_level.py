@@ -1,31 +1,32 @@
-"""What errors are measured against: the most model there is, over the whole scene."""
+"""The reference that errors are measured against: the finest levels, over the whole scene."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
-from .hierarchy import Choice, Ladder
-from .runs import Runs
+from .hierarchy import Choice, Hierarchies
+from .runs import RunCache
 
-__all__ = ["truth"]
+__all__ = ["reference_choice"]
 
 _HALVINGS = 2  # of the shortest macro step chosen
-_SURE = 5  # rung of the rod's tolerance from which on waves are followed rather than damped away by the steps
-_LESS = 2  # rungs of heat: loaded in a thirtieth of the time
-_SAME = 0.02  # share of the tolerance that is no difference
+_FOLLOWED = 5  # level of the rod's tolerance from which on waves are followed, not damped by the time steps
+_COARSER_HEAT = 2  # levels of heat: loaded in a thirtieth of the time
+_NEGLIGIBLE = 0.02  # share of the tolerance below which a difference is neglected
 
 
-def truth(runs: Runs, ladder: Ladder, choices: Sequence[Choice], tolerance: float) -> Choice:
-    """The last rung of every axis. But the rod's time steps are only as fine as makes no difference, the finer of two
-    rungs that agree, since waves that nothing damps cost minutes at the last one; they are compared with a heat
-    that takes less to load. tolerance: the smallest that an error is held against."""
-    last = {axis.name: len(axis.rungs) - 1 for axis in ladder}
-    best = {**last, "macro": min(max(choice["macro"] for choice in choices) + _HALVINGS, last["macro"])}
+def reference_choice(runs: RunCache, hierarchies: Hierarchies, choices: Sequence[Choice], tolerance: float) -> Choice:
+    """The finest level of every hierarchy, the rod's time steps only as fine as they make a difference.
+
+    Undamped waves cost minutes at the finest time steps, so the finer of the first two levels that agree is taken; they
+    are compared with a coarser heat, which loads faster. tolerance: the smallest one that an error is compared with."""
+    finest = {h.name: len(h.levels) - 1 for h in hierarchies}
+    best = {**finest, "macro": min(max(choice["macro"] for choice in choices) + _HALVINGS, finest["macro"])}
     if "step" in best:
-        first = max(_SURE, *(choice["step"] + 1 for choice in choices))
-        less = {"heat": max(last["heat"] - _LESS, 0)} if "heat" in last else {}
-        for rung in range(first, last["step"]):
-            coarse, fine = ({**best, **less, "step": step} for step in (rung, rung + 1))
-            if runs.gap(coarse, fine, runs.scene.stop_time) <= _SAME * tolerance:
-                return {**best, "step": rung + 1}
+        first = max(_FOLLOWED, *(choice["step"] + 1 for choice in choices))
+        heat = {"heat": max(finest["heat"] - _COARSER_HEAT, 0)} if "heat" in finest else {}
+        for level in range(first, finest["step"]):
+            coarse, fine = ({**best, **heat, "step": step} for step in (level, level + 1))
+            if runs.difference(coarse, fine, runs.scene.stop_time) <= _NEGLIGIBLE * tolerance:
+                return {**best, "step": level + 1}
     return best

@@ -1,5 +1,4 @@
-"""Runs of a scene with one choice after the other, each made once, and only as far as it was asked for: what it gave,
-and what it cost."""
+"""Runs of a scene with different choices: each is made once and only as far as needed; results and costs are kept."""
 
 from __future__ import annotations
 
@@ -16,18 +15,27 @@ from ...cosim.master import StepLog
 from ...errors import CosimError
 from ...scene import Scene
 from ...simulation import open_simulation, recorded_variables
-from .hierarchy import Choice, applied
-from .measure import Course, Quantity, error, quantities
+from .hierarchy import Choice, apply_choice
+from .measure import Quantity, Trajectory, relative_error, requested_quantities
 
-__all__ = ["Run", "Runs"]
+__all__ = ["ResumableRun", "RunCache"]
 
-_SAME = 1e-9  # share of a time within which two are the same
+_SAME_TIME = 1e-9  # share of a time within which two times are equal
 
 
-class Run:
-    """cost: CPU time after loading [s]. watch: told the time [s] of every macro step."""
+class ResumableRun:
+    """A run that can stop early and go on later.
+
+    Attributes
+    ----------
+    scene : Scene
+        What is run.
+    cost : float
+        CPU time so far, without loading [s].
+    """
 
     def __init__(self, scene: Scene, watch: Callable[[float], None] = lambda time: None) -> None:
+        """Prepare a run; watch is called with the time [s] after every macro step."""
         self.scene = scene
         self._watch = watch
         self.cost = 0.0
@@ -36,15 +44,16 @@ class Run:
         self._failure: CosimError | None = None
         self._open = contextlib.ExitStack()
 
-    def reach(self, stop: float, limit: float = math.inf) -> bool:
-        """On to `stop` [s], no step anew; whether it got there before it cost more than `limit` [s]. Raises the error
-        with which it ended before."""
-        if self._beyond(stop):
+    def advance_to(self, stop: float, limit: float = math.inf) -> bool:
+        """Go on to `stop` [s]; whether it got there before its cost exceeded `limit` [s].
+
+        Raises the error with which it ended before."""
+        if self._passed(stop):
             return True
         if self._failure is not None:
             raise self._failure
         try:
-            return self._go(stop, limit)
+            return self._advance(stop, limit)
         except CosimError as failure:
             failure.partial = self._collected(f"partial: {failure}") if self._steps else None
             self._failure = failure
@@ -52,33 +61,33 @@ class Run:
 
     @property
     def result(self) -> xr.Dataset:
-        """Of all that it has been run."""
+        """The dataset of everything run so far."""
         return self._collected("complete")
 
-    def course(self, asked: Mapping[str, Quantity], stop: float) -> Course:
-        """Of the quantities asked for, until `stop` [s]."""
-        rows = [self._first, *(log.record for log in self._logs if log.time <= stop * (1.0 + _SAME))]
+    def trajectory(self, quantities: Mapping[str, Quantity], stop: float) -> Trajectory:
+        """Values of the quantities until `stop` [s]."""
+        rows = [self._first, *(log.record for log in self._logs if log.time <= stop * (1.0 + _SAME_TIME))]
         times = np.array([0.0, *(log.time for log in self._logs[: len(rows) - 1])])
         values = {}
-        for name, quantity in asked.items():
-            places = {v.name: k for k, v in enumerate(recorded_variables(self.scene.member(quantity.member)))}
-            columns = [places[element] for element in quantity.elements]
-            values[name] = np.array([row[quantity.member][columns] for row in rows])
-        return Course(times, values)
+        for name, quantity in quantities.items():
+            columns = {v.name: k for k, v in enumerate(recorded_variables(self.scene.member(quantity.member)))}
+            chosen = [columns[element] for element in quantity.elements]
+            values[name] = np.array([row[quantity.member][chosen] for row in rows])
+        return Trajectory(times, values)
 
     @property
     def ended(self) -> bool:
-        """At its stop time, or by an error."""
-        return self._failure is not None or self._beyond(self.scene.stop_time)
+        """Whether it reached its stop time or failed."""
+        return self._failure is not None or self._passed(self.scene.stop_time)
 
     def close(self) -> None:
-        """Frees its FMUs. What it has computed stays; it goes no further."""
+        """Free its FMUs. Results stay; it goes no further."""
         self._open.close()
 
-    def _beyond(self, stop: float) -> bool:
-        return bool(self._logs) and self._logs[-1].time >= stop * (1.0 - _SAME)
+    def _passed(self, stop: float) -> bool:
+        return bool(self._logs) and self._logs[-1].time >= stop * (1.0 - _SAME_TIME)
 
-    def _go(self, stop: float, limit: float) -> bool:
+    def _advance(self, stop: float, limit: float) -> bool:
         if self._steps is None:
             ready = self._open.enter_context(open_simulation(self.scene))
             self._first, self._steps = ready.master.observe(), ready.steps(self._watch)
@@ -86,51 +95,62 @@ class Run:
         for log in self._steps:
             self._logs.append(log)
             self.cost = before + time.thread_time() - begin
-            if self._beyond(stop) or self.cost > limit:
+            if self._passed(stop) or self.cost > limit:
                 break
-        return self._beyond(stop)
+        return self._passed(stop)
 
     def _collected(self, status: str) -> xr.Dataset:
         names = {m.name: recorded_variables(m) for m in self.scene.members}
         return results.collect(self.scene, names, self._first, self._logs, status)
 
 
-class Runs:
-    """hear: told of every choice before it is run; watch: see Run. made: how many were."""
+class RunCache:
+    """Runs of one scene by choice.
+
+    Attributes
+    ----------
+    scene : Scene
+        The scene whose levels are chosen.
+    quantities : dict of str to Quantity
+        What it asks for.
+    count : int
+        Number of runs made.
+    """
 
     def __init__(
         self,
         scene: Scene,
-        hear: Callable[[Choice], None] = lambda choice: None,
+        announce: Callable[[Choice], None] = lambda choice: None,
         watch: Callable[[float], None] = lambda time: None,
     ) -> None:
+        """Open an empty cache; announce is called with every choice before its run, watch after every macro step."""
         self.scene = scene
-        self.asked = quantities(scene)
-        self.made = 0
-        self._hear, self._watch = hear, watch
-        self._known: dict[tuple[tuple[str, int], ...], Run] = {}
+        self.quantities = requested_quantities(scene)
+        self.count = 0
+        self._announce, self._watch = announce, watch
+        self._runs: dict[tuple[tuple[str, int], ...], ResumableRun] = {}
 
-    def __call__(self, choice: Choice, stop: float) -> Run:
+    def __call__(self, choice: Choice, stop: float) -> ResumableRun:
         """The run with that choice, at least until `stop` [s]. Raises the error with which it ended before."""
         key = tuple(sorted(choice.items()))
-        if key not in self._known:
-            self._hear(choice)
-            self.made += 1
-            self._known[key] = Run(applied(self.scene, choice), self._watch)
-        self._known[key].reach(stop)
-        return self._known[key]
+        if key not in self._runs:
+            self._announce(choice)
+            self.count += 1
+            self._runs[key] = ResumableRun(apply_choice(self.scene, choice), self._watch)
+        self._runs[key].advance_to(stop)
+        return self._runs[key]
 
-    def gap(self, choice: Choice, better: Choice, stop: float) -> float:
-        """How far the two lie apart in what is asked for, share of its range; inf where the first fails."""
-        other = self(better, stop).course(self.asked, stop)
+    def difference(self, choice: Choice, finer: Choice, stop: float) -> float:
+        """Error of `choice` relative to `finer` until `stop` [s], share of the range; inf where `choice` fails."""
+        reference = self(finer, stop).trajectory(self.quantities, stop)
         try:
-            found = error(self(choice, stop).course(self.asked, stop), other, self.asked)
+            error = relative_error(self(choice, stop).trajectory(self.quantities, stop), reference, self.quantities)
         except CosimError:
             return math.inf
-        return found if math.isfinite(found) else math.inf
+        return error if math.isfinite(error) else math.inf
 
     def close(self) -> None:
-        """Frees all FMUs. What has been computed stays; runs that had not come to the end are forgotten."""
-        for run in self._known.values():
+        """Free all FMUs. Results stay; runs that had not come to their end are dropped."""
+        for run in self._runs.values():
             run.close()
-        self._known = {key: run for key, run in self._known.items() if run.ended}
+        self._runs = {key: run for key, run in self._runs.items() if run.ended}

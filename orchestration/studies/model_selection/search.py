@@ -1,10 +1,10 @@
-"""From a proposal to a choice that is good enough, and no better.
+"""Search for the cheapest choice whose estimated error meets a tolerance.
 
-The estimate of a choice's error is how far it lies from the choice above it, all axes finer at once, so that no coarse
-axis hides what another one lacks. What an axis adds is measured against the choice with that axis alone made finer:
-such runs cost little more than the choice does, where all axes finer can cost twenty times as much. The axis that adds
-most climbs; those that alone spend the whole budget climb with it. In the end axes come down as far as the estimate
-allows.
+The estimated error of a choice is its difference to the comparison choice, which is finer in all hierarchies at once,
+so that no coarse hierarchy hides what another one lacks. The contribution of one hierarchy is measured against the
+choice with that hierarchy alone made finer: such runs cost little more than the choice does, where a choice finer in
+all can cost twenty times as much. The hierarchy that contributes most is refined, and with it those that alone exceed
+the whole budget. In the end levels are coarsened as far as the estimate allows.
 
 Oden, Prudhomme: Estimation of modeling error in computational mechanics. J. Comput. Phys. 182, 2002 (hierarchical
 estimates in a quantity of interest)."""
@@ -16,88 +16,110 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from ...errors import CosimError
-from .hierarchy import Axis, Choice, Ladder
-from .runs import Runs
+from .hierarchy import Choice, Hierarchies, ModelHierarchy
+from .runs import RunCache
 
-__all__ = ["SHARE", "Found", "Tell", "above", "climb", "descend"]
+__all__ = ["SHARE", "SearchResult", "Trial", "coarsen", "comparison_choice", "refine"]
 
-SHARE = 0.7  # of the tolerance that an estimate may be: it trusts that gaps shrink from rung to rung
-_LOWERED = ("inertia", "step", "order", "strains")  # in this order: where a lower rung saves most
+SHARE = 0.7  # largest estimate / tolerance; the reserve covers that differences shrink from level to level, not to zero
+_COARSENED = ("inertia", "step", "order", "strains")  # in this order: where a coarser level saves most
 
-Tell = Callable[[Choice, float], None]  # hears of a choice that was tried, and its estimated error
+Trial = Callable[[Choice, float], None]  # called with every choice tried and its estimated error
 
 
 @dataclass(frozen=True)
-class Found:
-    """Errors are shares of the range."""
+class SearchResult:
+    """Outcome of a search. Errors are shares of the range of the quantities asked for.
+
+    Parameters
+    ----------
+    choice : Choice
+        The levels chosen.
+    estimate : float
+        Estimated error of the choice.
+    gaps : mapping of str to float
+        Contribution of each hierarchy to it; nan where the run that would show it fails.
+    rejected : mapping of str to float
+        Estimated error with one level less, where that is too much; inf where that run fails.
+    """
 
     choice: Choice
-    estimate: float  # of its error
-    gaps: Mapping[str, float]  # axis -> what it adds to that; nan where the run that would tell fails
-    refused: Mapping[str, float]  # axis -> estimated error with one rung less, where too much; inf where that fails
+    estimate: float
+    gaps: Mapping[str, float]
+    rejected: Mapping[str, float]
 
 
-def above(ladder: Ladder, choice: Choice) -> Choice:
-    return {axis.name: axis.above(choice[axis.name]) for axis in ladder}
+def comparison_choice(hierarchies: Hierarchies, choice: Choice) -> Choice:
+    """The choice, finer in all hierarchies, whose difference to `choice` estimates the error of `choice`."""
+    return {h.name: h.comparison_level(choice[h.name]) for h in hierarchies}
 
 
-def climb(runs: Runs, ladder: Ladder, choice: Choice, tolerance: float, stop: float, tell: Tell) -> Choice:
-    """A choice with an estimated error of at most SHARE * tolerance until `stop` [s]. Raises CosimError where there is
-    none."""
+def refine(
+    runs: RunCache, hierarchies: Hierarchies, choice: Choice, tolerance: float, stop: float, trial: Trial
+) -> Choice:
+    """Refine a choice until its estimated error until `stop` [s] is at most SHARE * tolerance.
+
+    Raises CosimError where no choice meets that."""
     allowed = SHARE * tolerance
     while True:
-        fine = above(ladder, choice)
-        estimate = runs.gap(choice, fine, stop)
-        tell(choice, estimate)
+        estimate = runs.difference(choice, comparison_choice(hierarchies, choice), stop)
+        trial(choice, estimate)
         if estimate <= allowed:
             return choice
-        gaps = _gaps(runs, ladder, choice, stop)
-        free = [axis for axis in ladder if choice[axis.name] < axis.last]
-        # All of them where no one alone shows what is wrong.
-        able = {a.name: gaps[a.name] for a in free if gaps[a.name] > 0.0} or {a.name: math.inf for a in free}
-        if not able:
+        gaps = _gaps(runs, hierarchies, choice, stop)
+        refinable = [h for h in hierarchies if choice[h.name] < h.highest]
+        # All of them where no single one shows what is wrong.
+        candidates = {h.name: gaps[h.name] for h in refinable if gaps[h.name] > 0.0} or {
+            h.name: math.inf for h in refinable
+        }
+        if not candidates:
             raise CosimError(
                 f"{runs.scene.name}: no level meets the tolerance {tolerance:g}: even the finest is estimated to be "
                 f"off by {estimate:.2g} of the range; ask for less, or make coupling.macro_step shorter"
             )
-        most = max(able, key=able.__getitem__)
-        climbing = {a.name for a in ladder if a.name == most or able.get(a.name, 0.0) > tolerance}
+        largest = max(candidates, key=candidates.__getitem__)
+        refined = {h.name for h in hierarchies if h.name == largest or candidates.get(h.name, 0.0) > tolerance}
         choice = {
-            a.name: _raised(runs, a, choice, allowed, stop) if a.name in climbing else choice[a.name] for a in ladder
+            h.name: _refined_level(runs, h, choice, allowed, stop) if h.name in refined else choice[h.name]
+            for h in hierarchies
         }
 
 
-def descend(runs: Runs, ladder: Ladder, choice: Choice, tolerance: float, stop: float, tell: Tell) -> Found:
-    """Down from a choice that is good enough until `stop` [s], as far as the estimate allows."""
-    allowed, fine = SHARE * tolerance, above(ladder, choice)
-    estimate, refused = runs.gap(choice, fine, stop), {}
-    for axis in (name for name in _LOWERED if name in choice):
-        while choice[axis] > 0 and (axis != "step" or choice.get("inertia")):  # equilibria take no time steps
-            lower = {**choice, axis: choice[axis] - 1}
-            off = runs.gap(lower, fine, stop)
-            tell(lower, off)
-            if off > allowed:
-                refused[axis] = off
+def coarsen(
+    runs: RunCache, hierarchies: Hierarchies, choice: Choice, tolerance: float, stop: float, trial: Trial
+) -> SearchResult:
+    """Coarsen a choice that meets the tolerance until `stop` [s] as far as the estimated error allows."""
+    allowed, fine = SHARE * tolerance, comparison_choice(hierarchies, choice)
+    estimate, rejected = runs.difference(choice, fine, stop), {}
+    for name in (name for name in _COARSENED if name in choice):
+        while choice[name] > 0 and (name != "step" or choice.get("inertia")):  # equilibria take no time steps
+            coarser = {**choice, name: choice[name] - 1}
+            error = runs.difference(coarser, fine, stop)
+            trial(coarser, error)
+            if error > allowed:
+                rejected[name] = error
                 break
-            choice, estimate = lower, off
-    return Found(choice, estimate, _gaps(runs, ladder, choice, stop), refused)
+            choice, estimate = coarser, error
+    return SearchResult(choice, estimate, _gaps(runs, hierarchies, choice, stop), rejected)
 
 
-def _gaps(runs: Runs, ladder: Ladder, choice: Choice, stop: float) -> dict[str, float]:
-    return {axis.name: _gap(runs, axis, choice, choice[axis.name], stop) for axis in ladder}
+def _gaps(runs: RunCache, hierarchies: Hierarchies, choice: Choice, stop: float) -> dict[str, float]:
+    return {h.name: _gap(runs, h, choice, choice[h.name], stop) for h in hierarchies}
 
 
-def _gap(runs: Runs, axis: Axis, choice: Choice, rung: int, stop: float) -> float:
-    """Of that rung, to what shows what the choice lacks on the axis; nan where that fails."""
+def _gap(runs: RunCache, hierarchy: ModelHierarchy, choice: Choice, level: int, stop: float) -> float:
+    """Difference between `level` and the comparison level of the choice in one hierarchy; nan where a run fails."""
+    finer = {**choice, hierarchy.name: hierarchy.comparison_level(choice[hierarchy.name])}
     try:
-        return runs.gap({**choice, axis.name: rung}, {**choice, axis.name: axis.above(choice[axis.name])}, stop)
+        return runs.difference({**choice, hierarchy.name: level}, finer, stop)
     except CosimError:
         return math.nan
 
 
-def _raised(runs: Runs, axis: Axis, choice: Choice, allowed: float, stop: float) -> int:
-    """The next rung that adds little enough; of those below the one that shows it."""
-    rung = choice[axis.name] + 1
-    while rung < min(axis.above(choice[axis.name]), axis.last) and _gap(runs, axis, choice, rung, stop) > allowed:
-        rung += 1
-    return rung
+def _refined_level(runs: RunCache, hierarchy: ModelHierarchy, choice: Choice, allowed: float, stop: float) -> int:
+    """The next finer level whose remaining gap is allowed, at most the comparison level."""
+    level = choice[hierarchy.name] + 1
+    most = min(hierarchy.comparison_level(choice[hierarchy.name]), hierarchy.highest)
+    while level < most and _gap(runs, hierarchy, choice, level, stop) > allowed:
+        level += 1
+    return level

@@ -1,5 +1,4 @@
-"""No more model than a scene needs: a choice for what it asks, checked on what the choice has not seen, with its
-reasons."""
+"""Selection of the models for what a scene asks: search on the first part, check on the whole, reasons recorded."""
 
 from __future__ import annotations
 
@@ -15,71 +14,91 @@ import xarray as xr
 
 from ... import simulation
 from ...scene import Scene
-from .dimensionless_numbers import Numbers, numbers
-from .explanation import brief, reasons
-from .hierarchy import Choice, Ladder, ladder, settings
-from .proposal import propose
-from .reference_level import truth
-from .runs import Run, Runs
-from .search import Found, climb, descend
+from .dimensionless_numbers import DimensionlessNumbers, dimensionless_numbers
+from .explanation import reasons, summary
+from .hierarchy import Choice, Hierarchies, choice_settings, model_hierarchies
+from .proposal import propose_choice
+from .reference_level import reference_choice
+from .runs import ResumableRun, RunCache
+from .search import SearchResult, coarsen, refine
 
-__all__ = ["Selection", "Told", "audit", "run", "select"]
+__all__ = ["Selection", "StatusMessage", "audit", "run_selected", "select"]
 
-SEEN = 0.4  # share of the scene that the climb looks at; the rest is the check
+SEARCH_WINDOW = 0.4  # share of the scene that the search refines on first; the whole is the check
 _TERMS = ("model", "space", "time", "coupling")
 
-Told = Callable[[str], None]  # hears in a few words what a search is at
+StatusMessage = Callable[[str], None]  # called with a few words on what a search is doing
 
 
 @dataclass(frozen=True)
 class Selection:
+    """The models chosen for a scene.
+
+    Parameters
+    ----------
+    scene : Scene
+        The scene asked for.
+    runs : RunCache
+        Every run made on the way.
+    hierarchies : Hierarchies
+        The hierarchies that were searched.
+    numbers : DimensionlessNumbers
+        What proposed the first choice.
+    search : SearchResult
+        Choice, its estimated error and the contributions to it.
+    search_time : float
+        CPU time of everything before the chosen run [s].
+    """
+
     scene: Scene
-    runs: Runs
-    ladder: Ladder
-    numbers: Numbers
-    found: Found
-    search: float  # CPU time of everything before the chosen run [s]
+    runs: RunCache
+    hierarchies: Hierarchies
+    numbers: DimensionlessNumbers
+    search: SearchResult
+    search_time: float
 
     @property
-    def run(self) -> Run:
-        """With the choice, to the end."""
-        return self.runs(self.found.choice, self.scene.stop_time)
+    def run(self) -> ResumableRun:
+        """The run with the choice, to the stop time."""
+        return self.runs(self.search.choice, self.scene.stop_time)
 
     def record(self, true: float | None = None) -> dict[str, Any]:
-        """What a result says of it, None for errors that no run could tell. Times are CPU times [s]: of the run after
-        loading, of the search with it. true: the error that an audit found."""
-        terms = {term: sum(self.found.gaps[a.name] for a in self.ladder if a.term == term) for term in _TERMS}
-        shares = {**terms, "estimate": self.found.estimate, **({} if true is None else {"true_error": true})}
+        """What a result says of the selection; None for errors that no run could show.
+
+        true: the error that an audit gave. Times are CPU times [s]: of the run after loading, of the search with
+        loading."""
+        terms = {term: sum(self.search.gaps[h.name] for h in self.hierarchies if h.term == term) for term in _TERMS}
+        shares = {**terms, "estimate": self.search.estimate, **({} if true is None else {"true_error": true})}
         return {
-            "choice": settings(self.scene, self.found.choice),
-            "reasons": reasons(self.ladder, self.found, self.numbers),
+            "choice": choice_settings(self.scene, self.search.choice),
+            "reasons": reasons(self.hierarchies, self.search, self.numbers),
             "budget": {
                 "tolerance": self.scene.accuracy.tolerance,
-                "quantities": list(self.runs.asked),
+                "quantities": list(self.runs.quantities),
                 **{name: share if math.isfinite(share) else None for name, share in shares.items()},
-                "runs": self.runs.made,
-                "search_s": self.search,
+                "runs": self.runs.count,
+                "search_s": self.search_time,
                 "run_s": self.run.cost,
             },
         }
 
     def result(self, true: float | None = None) -> xr.Dataset:
-        """Of the run with the choice, which the attribute `fidelity` explains (JSON of record())."""
+        """The dataset of the chosen run; its attribute `fidelity` is record() in JSON."""
         return self.run.result.assign_attrs(fidelity=json.dumps(self.record(true), allow_nan=False))
 
 
 @dataclass
-class _Account:
-    """Says what a search is at."""
+class _Status:
+    """Words for what a search is doing."""
 
-    tell: Told
-    ladder: Ladder
+    show: StatusMessage
+    hierarchies: Hierarchies
     runs: int = 0
     estimate: str = ""
 
-    def begun(self, choice: Choice) -> None:
+    def announce(self, choice: Choice) -> None:
         self.runs += 1
-        self.tell(f"run {self.runs}{self.estimate}: {brief(self.ladder, choice)}")
+        self.show(f"run {self.runs}{self.estimate}: {summary(self.hierarchies, choice)}")
 
     def tried(self, choice: Choice, estimate: float) -> None:
         self.estimate = f", last estimate {estimate:.1e}"
@@ -87,38 +106,61 @@ class _Account:
 
 def select(
     scene: Scene,
-    tell: Told = lambda text: None,
-    axes: Ladder | None = None,
+    status: StatusMessage = lambda text: None,
+    hierarchies: Hierarchies | None = None,
     watch: Callable[[float], None] = lambda time: None,
 ) -> Selection:
-    """For the quantities and the tolerance that the scene asks for. axes: those of ladder(scene) that are free, all
-    unless given; on the others the scene's own models stay. watch hears of the time of every macro step of every run.
-    Raises CosimError where no level meets the tolerance, SceneError where nothing is asked for."""
+    """Select the cheapest models whose estimated error meets the scene's tolerance.
+
+    Parameters
+    ----------
+    scene : Scene
+        Says which quantities matter and how exactly (scene.accuracy).
+    status : callable
+        Called with a few words before every run.
+    hierarchies : Hierarchies, optional
+        Those of model_hierarchies(scene) that are free, all by default; the scene's own models stay in the others.
+    watch : callable
+        Called with the time [s] of every macro step of every run.
+
+    Returns
+    -------
+    Selection
+
+    Raises
+    ------
+    CosimError
+        Where no level meets the tolerance.
+    SceneError
+        Where the scene asks for nothing.
+    """
     begin = time.thread_time()
-    axes = ladder(scene) if axes is None else axes
-    screened, tolerance = numbers(scene), scene.accuracy.tolerance
+    hierarchies = model_hierarchies(scene) if hierarchies is None else hierarchies
+    numbers, tolerance = dimensionless_numbers(scene), scene.accuracy.tolerance
     stop, macro = scene.stop_time, scene.coupling.macro_step
-    window = min(stop, max(1.0, round(SEEN * stop / macro)) * macro)
-    said = _Account(tell, axes)
-    with contextlib.closing(Runs(scene, said.begun, watch)) as runs:
-        choice = climb(runs, axes, propose(axes, screened, tolerance), tolerance, window, said.tried)
-        choice = climb(runs, axes, choice, tolerance, stop, said.tried)  # ends at once where the rest is as the window
-        found = descend(runs, axes, choice, tolerance, stop, said.tried)
-    return Selection(scene, runs, axes, screened, found, time.thread_time() - begin)
+    window = min(stop, max(1.0, round(SEARCH_WINDOW * stop / macro)) * macro)
+    shown = _Status(status, hierarchies)
+    with contextlib.closing(RunCache(scene, shown.announce, watch)) as runs:
+        proposal = propose_choice(hierarchies, numbers, tolerance)
+        choice = refine(runs, hierarchies, proposal, tolerance, window, shown.tried)
+        choice = refine(runs, hierarchies, choice, tolerance, stop, shown.tried)  # ends at once where the rest is alike
+        search = coarsen(runs, hierarchies, choice, tolerance, stop, shown.tried)
+    return Selection(scene, runs, hierarchies, numbers, search, time.thread_time() - begin)
 
 
-def audit(found: Selection) -> float:
-    """The true error of a choice, over the whole scene."""
-    choice, runs = found.found.choice, found.runs
+def audit(selection: Selection) -> float:
+    """True error of a selection over the whole scene, share of the range: against the finest models."""
+    choice, runs, scene = selection.search.choice, selection.runs, selection.scene
     with contextlib.closing(runs):
-        return runs.gap(
-            choice, truth(runs, found.ladder, [choice], found.scene.accuracy.tolerance), found.scene.stop_time
-        )
+        reference = reference_choice(runs, selection.hierarchies, [choice], scene.accuracy.tolerance)
+        return runs.difference(choice, reference, scene.stop_time)
 
 
-def run(
-    scene: Scene, progress: Callable[[float], None] = lambda time: None, tell: Told = lambda text: None
+def run_selected(
+    scene: Scene, progress: Callable[[float], None] = lambda time: None, status: StatusMessage = lambda text: None
 ) -> xr.Dataset:
-    """simulate.run, with the models chosen where the scene says level = "auto"; tell hears of that, progress of the
-    time that a run with given models has come to."""
-    return simulation.run(scene, progress) if scene.accuracy.level == "given" else select(scene, tell).result()
+    """Run a scene, with the models selected where it says level = "auto".
+
+    progress is called with the time [s] of a run with given models, status with what a selection is doing. Raises what
+    simulation.run and select raise."""
+    return simulation.run(scene, progress) if scene.accuracy.level == "given" else select(scene, status).result()

@@ -1,5 +1,6 @@
-"""A plane through the rod's axis that everything mirrors in: the TCAs, how they are heated, and the loads. A rod that
-starts straight, or at equilibrium in that plane, then stays in it."""
+"""Symmetry plane of a scene: a plane through the rod's axis in which TCAs, heating and loads mirror.
+
+A rod that starts straight, or at equilibrium in that plane, stays in it."""
 
 from __future__ import annotations
 
@@ -10,13 +11,13 @@ from ...cosim.signals import Constant, Signal
 from ...scene import Member, Scene
 from ...scene.manipulator import ROD, THERMAL, RodParameters
 
-__all__ = ["plane"]
+__all__ = ["symmetry_plane"]
 
-_SAME = 1e-9  # of angles [rad], and of a load's share across the plane
+_SAME = 1e-9  # largest difference of equal angles [rad], and largest share of a load across the plane
 
 
-def plane(scene: Scene) -> float | None:
-    """Its azimuth from the x axis [rad], 0 to pi; None where there is none."""
+def symmetry_plane(scene: Scene) -> float | None:
+    """Azimuth of the symmetry plane from the x axis [rad], in [0, pi); None where the scene has none."""
     rod = scene.model(ROD)
     if rod is None or not _straight(rod):
         return None
@@ -34,19 +35,19 @@ def _straight(rod: Member) -> bool:
 
 
 def _heats(scene: Scene, rod: Member, count: int) -> list[object]:
-    """Per TCA what decides its temperature; equal where the temperatures are."""
+    """What decides the temperature of each TCA; equal where the temperatures are equal."""
     thermal = scene.model(THERMAL)
-    found: list[object] = []
+    heats: list[object] = []
     for i in range(1, count + 1):
-        given = rod.signals.get(f"T[{i}]")
+        temperature = rod.signals.get(f"T[{i}]")
         voltage = thermal.signals.get(f"V[{i}]", Constant(0.0)) if thermal else None
         resistance = thermal.value(f"tca.R[{i}]") if thermal else None
-        found.append((given, voltage, resistance))
-    return found
+        heats.append((temperature, voltage, resistance))
+    return heats
 
 
 def _candidates(azimuths: Sequence[float]) -> Iterator[float]:
-    """Where a mirror of the TCAs can be: through one, or between two; and the axes, for one TCA in the middle."""
+    """Azimuths of possible mirror planes: through one TCA or between two, and normal to these."""
     for a in azimuths:
         for b in azimuths:
             for turn in (0.0, math.pi / 2.0):
@@ -54,7 +55,7 @@ def _candidates(azimuths: Sequence[float]) -> Iterator[float]:
 
 
 def _mirrors(azimuths: Sequence[float], heats: list[object], angle: float) -> bool:
-    """Every TCA has one at its mirror image that is heated alike."""
+    """Whether every TCA has one at its mirror image that is heated alike."""
     return all(
         any(
             abs(math.remainder(2.0 * angle - a - b, 2.0 * math.pi)) < _SAME and h == g
@@ -65,15 +66,15 @@ def _mirrors(azimuths: Sequence[float], heats: list[object], angle: float) -> bo
 
 
 def _lies_in(rod: Member, angle: float) -> bool:
-    """Forces act along the plane, moments about its normal."""
+    """Whether forces act along the plane and moments about its normal."""
     across = (-math.sin(angle), math.cos(angle), 0.0)
     along = ((math.cos(angle), math.sin(angle), 0.0), (0.0, 0.0, 1.0))
-    return all(_none_along(rod, vector, across) for vector in ("gravity", "tip_force")) and all(
-        _none_along(rod, "tip_moment", direction) for direction in along
+    return all(_has_no_component(rod, vector, across) for vector in ("gravity", "tip_force")) and all(
+        _has_no_component(rod, "tip_moment", direction) for direction in along
     )
 
 
-def _none_along(rod: Member, vector: str, direction: tuple[float, float, float]) -> bool:
+def _has_no_component(rod: Member, vector: str, direction: tuple[float, float, float]) -> bool:
     """Whether a vector input has no component along a direction at any time; signals of unlike shape cannot cancel."""
     parts: list[tuple[float, Signal]] = []
     for share, name in zip(direction, rod.archive.vectors[vector], strict=True):
@@ -88,5 +89,6 @@ def _none_along(rod: Member, vector: str, direction: tuple[float, float, float])
 
 
 def _folded(angle: float) -> float:
+    """The angle modulo pi [rad], 0 where it is pi to rounding."""
     folded = angle % math.pi
     return 0.0 if math.pi - folded < _SAME else folded
