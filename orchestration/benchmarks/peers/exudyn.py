@@ -6,6 +6,7 @@ from __future__ import annotations
 import itertools
 import sys
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -45,7 +46,7 @@ def prepare(release: Release, setting: Setting) -> Callable[[], np.ndarray]:
     seen = {"outputVariableType": exu.OutputVariableType.Position, "storeInternal": True, "writeToFile": False}
     sensor = system.AddSensor(exu.itemInterface.SensorNode(nodeNumber=tip, **seen))
     system.Assemble()
-    options = exu.SimulationSettings()
+    options: Any = exu.SimulationSettings()  # its stubs lack attributes that are there
     options.solutionSettings.writeSolutionToFile = False
     options.solutionSettings.sensorsWritePeriod = 0.01
     time = options.timeIntegration
@@ -56,7 +57,7 @@ def prepare(release: Release, setting: Setting) -> Callable[[], np.ndarray]:
 
     def simulate() -> np.ndarray:
         system.SolveDynamic(options)
-        rows = system.GetSensorStoredData(sensor)
+        rows = np.asarray(system.GetSensorStoredData(sensor), dtype=float)
         return rows[np.searchsorted(rows[:, 0], release.times - 1e-9), 1:3] * (1, -1)
 
     return simulate
