@@ -51,7 +51,7 @@ std::vector<double> Instance::rates_along(std::span<const Reference> knowns, con
     const Variable& variable = blueprint_.rows[knowns[i]];
     if (variable.causality == Causality::state) dx[variable.place] = known[i];
   }
-  if (!model_->without_states().empty() || !model_->rates_along(progress_.time, dx, ddx)) ddx.clear();
+  if (!model_->check_states().is_ok() || !model_->rates_along(progress_.time, dx, ddx)) ddx.clear();
   return ddx;
 }
 

@@ -7,14 +7,12 @@
 
 namespace fmu {
 
-/// As refresh, and the reason where there are no derivatives. States that the parameters rule out do not move.
-std::string Instance::refresh_rates() {
-  if (has_rates_) return {};
+/// Brings rates_ up to date. States that the present parameters do not need have the rate 0.
+void Instance::refresh_rates() {
+  if (has_rates_) return;
   std::ranges::fill(rates_, 0.0);
-  std::string reason;
-  if (model_->without_states().empty()) reason = model_->rates(progress_.time, rates_);
-  has_rates_ = reason.empty();
-  return reason;
+  if (model_->check_states().is_ok()) require(model_->rates(progress_.time, rates_).at(now()));
+  has_rates_ = true;
 }
 
 void Instance::set_time(double t) {
@@ -49,15 +47,10 @@ void Instance::get_nominals(std::span<double> x) const {
   for (std::size_t i = 0; i < x.size(); ++i) x[i] = blueprint_.rows[blueprint_.states[i]].typical;
 }
 
-bool Instance::get_derivatives(std::span<double> dx) {
+void Instance::get_derivatives(std::span<double> dx) {
   need_states(dx.size());
-  const std::string reason = refresh_rates();
-  if (!reason.empty()) {
-    log_.write(category::discard, "derivatives at t = " + text(progress_.time) + " s: " + reason);
-    return false;
-  }
+  refresh(Causality::derivative);
   std::ranges::copy(rates_, dx.begin());
-  return true;
 }
 
 }  // namespace fmu

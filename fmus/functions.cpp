@@ -35,6 +35,11 @@ fmi2Status run(fmi2Component component, const Call& call, Body&& body) noexcept 
     else
       body(*instance);
     return status == fmi2OK && instance->take_warning() ? fmi2Warning : status;
+  } catch (const Error& error) {
+    const bool is_discard = error.severity() == core::Severity::discard;
+    instance->log().write(is_discard ? category::discard : category::error,
+                          std::string(call.name) + ": " + error.what());
+    return is_discard ? fmi2Discard : fmi2Error;
   } catch (const std::exception& error) {
     instance->log().write(category::error, std::string(call.name) + ": " + error.what());
     return fmi2Error;
@@ -343,7 +348,7 @@ fmi2Status fmi2SetContinuousStates(fmi2Component c, const fmi2Real x[], size_t n
 fmi2Status fmi2GetDerivatives(fmi2Component c, fmi2Real derivatives[], size_t nx) {
   return run(c, call::get_derivatives, [&](Instance& instance) {
     need_if(nx, derivatives);
-    return instance.get_derivatives({derivatives, nx}) ? fmi2OK : fmi2Discard;
+    instance.get_derivatives({derivatives, nx});
   });
 }
 

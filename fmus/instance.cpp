@@ -55,8 +55,7 @@ void Instance::setup_experiment(std::optional<double> tolerance, double start, s
 void Instance::exit_initialization() {
   build_and_initialise();
   const bool is_slave = progress_.interface == Interface::co_simulation;
-  if (const std::string reason = model_->without_states(); !is_slave && !reason.empty())
-    throw Error("no model exchange: " + reason);
+  if (!is_slave) require(model_->check_states().at("no model exchange"));
   progress_.mode = is_slave ? Mode::step_complete : Mode::event;
 }
 
@@ -70,14 +69,14 @@ void Instance::reset() {
 void Instance::build_and_initialise() {
   read_parameters(parameters_);
   if (parameters_ != built_with_) {
-    model_->build();
+    require(model_->build());
     built_with_ = parameters_;
     progress_.is_initialised = false;
     log_.write(category::events, "built for new parameters");
   }
   if (progress_.is_initialised) return;
   invalidate();
-  model_->initialise(progress_.time);
+  require(model_->initialise(progress_.time));
   progress_.is_initialised = true;
   if (log_.is_on(category::events)) log_.write(category::events, "initialised at t = " + text(progress_.time) + " s");
 }
@@ -88,7 +87,7 @@ void Instance::invalidate() { progress_.is_evaluated = has_states_ = has_rates_ 
 void Instance::refresh(Causality causality) {
   if (progress_.mode == Mode::initialization) build_and_initialise();
   if (causality == Causality::output && !progress_.is_evaluated) {
-    model_->evaluate(progress_.time);
+    require(model_->evaluate(progress_.time));
     progress_.is_evaluated = true;
   }
   if (causality == Causality::state && !has_states_) {
@@ -96,9 +95,10 @@ void Instance::refresh(Causality causality) {
     model_->get_states(states_);
     has_states_ = true;
   }
-  if (causality == Causality::derivative)
-    if (const std::string reason = refresh_rates(); !reason.empty()) throw Error(reason);
+  if (causality == Causality::derivative) refresh_rates();
 }
+
+std::string Instance::now() const { return "t = " + text(progress_.time) + " s"; }
 
 // ---------------------------------------------------------------- stepping
 
@@ -121,12 +121,19 @@ bool Instance::step(double t, double h) {
   const auto memory = model_->memory();
   memory_before_.assign(memory.begin(), memory.end());
   StepResult result;
+  const auto fail = [&] {
+    std::ranges::copy(memory_before_, model_->memory().begin());
+    progress_.mode = Mode::error;
+  };
   try {
     result = model_->step(t, h);
   } catch (...) {
-    std::ranges::copy(memory_before_, model_->memory().begin());
-    progress_.mode = Mode::error;
+    fail();
     throw;
+  }
+  if (result.status.is_error()) {
+    fail();
+    throw Error(result.status);
   }
   const bool is_complete = result.reached >= t + h - kRounding * std::max(std::abs(t), h);
   progress_.time = is_complete ? t + h : result.reached;
@@ -136,7 +143,7 @@ bool Instance::step(double t, double h) {
   advance_inputs(progress_.time - t, is_complete);
   if (!is_complete)
     log_.write(category::discard, "step from " + text(t) + " s by " + text(h) + " s came to " + text(progress_.time) +
-                                      " s: " + result.reason);
+                                      " s: " + result.status.text());
   return is_complete;
 }
 
@@ -145,10 +152,8 @@ bool Instance::step(double t, double h) {
 void Instance::advance_inputs(double h, bool is_complete) {
   for (const std::size_t index : blueprint_.inputs) {
     const std::ptrdiff_t place = blueprint_.rows[index].place;
-    const auto [u, du, ddu, dddu] = load<Polynomial>(data(), place);
-    Polynomial moved{u + h * (du + h / 2 * (ddu + h / 3 * dddu))};
-    if (!is_complete) moved = {moved[0], du + h * (ddu + h / 2 * dddu), ddu + h * dddu, dddu};
-    store(data(), place, moved);
+    const auto u = load<Polynomial>(data(), place);
+    store(data(), place, is_complete ? Polynomial{core::value(u, h)} : core::shifted(u, h));
   }
 }
 
@@ -183,11 +188,9 @@ void Instance::restore(const Snapshot& snapshot) {
       throw Error("the state does not fit this FMU's parameters");
     read_parameters(parameters_);
     write_parameters(snapshot.built_with);
-    try {
-      model_->build();
-    } catch (...) {
+    if (const Status status = model_->build(); !status.is_ok()) {
       write_parameters(parameters_);
-      throw;
+      throw Error(status);
     }
     built_with_ = snapshot.built_with;
     log_.write(category::events, "built for the parameters of a restored state");

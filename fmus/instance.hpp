@@ -69,9 +69,9 @@ class Instance {
   void set_states(std::span<const double> x);
   void get_states(std::span<double> x);
   void get_nominals(std::span<double> x) const;
-  /// False where the model has no derivatives: a host may try another point, `log()` has the reason.
-  bool get_derivatives(std::span<double> dx);
-  void complete_step() { model_->complete_step(); }
+  /// Throws a discarding Error where the model has no derivatives: a host may try another point.
+  void get_derivatives(std::span<double> dx);
+  void complete_step() { require(model_->complete_step().at(now()).as_error()); }
 
   void save(Snapshot& snapshot);
   void restore(const Snapshot& snapshot);
@@ -102,7 +102,8 @@ class Instance {
   void move(const Variable& known, double change);
   void aim(std::span<const Reference> knowns, const double* known);
   std::vector<double> rates_along(std::span<const Reference> knowns, const double* known);
-  std::string refresh_rates();
+  void refresh_rates();
+  std::string now() const;
   void need_states(std::size_t count) const;
   void check_step(double t, double h) const;
   void advance_inputs(double h, bool is_complete);

@@ -6,7 +6,6 @@
 // Saving and restoring a state is then two copies, for any model, and a restored model steps bitwise the same.
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <functional>
 #include <span>
@@ -14,22 +13,39 @@
 #include <string>
 #include <string_view>
 
+#include "core/status.hpp"
+#include "core/time_polynomial.hpp"
+
 namespace fmu {
 
-/// A continuous input during one communication step: value and first three time derivatives at the step's start,
-/// u(t + s) = u[0] + u[1] s + u[2] s^2/2 + u[3] s^3/6. After a step the runtime holds the end value.
-using Polynomial = std::array<double, 4>;
+using core::Status;
 
-/// Cannot go on: the text says what happened, where (value, allowed range, t, iteration), and the remedy.
+/// A continuous input during one communication step. After a step the runtime holds the end value.
+using Polynomial = core::Cubic;
+
+/// A call that the runtime refuses or that failed, on its way to functions.cpp, where all are caught: what, where,
+/// allowed range, remedy. Models report failures as Status instead.
 class Error : public std::runtime_error {
  public:
-  using std::runtime_error::runtime_error;
+  explicit Error(const std::string& message, core::Severity severity = core::Severity::error)
+      : std::runtime_error(message), severity_(severity) {}
+  explicit Error(const Status& status) : Error(status.text(), status.failure().severity) {}
+
+  core::Severity severity() const { return severity_; }
+
+ private:
+  core::Severity severity_;
 };
 
-/// How far a step came. `reached` < t + h asks the host for a smaller step; `reason` says why, empty on success.
+/// Throws Error on a failure.
+inline void require(const Status& status) {
+  if (!status.is_ok()) throw Error(status);
+}
+
+/// Outcome of Model::step.
 struct StepResult {
-  double reached = 0.0;
-  std::string reason;
+  double reached = 0.0;  // time [s] that memory() belongs to
+  Status status;         // success when reached = t + h
 };
 
 class Model {
@@ -40,45 +56,44 @@ class Model {
   virtual std::span<double> memory() = 0;
 
   /// Builds all that follows from the parameters alone; checks them across rows. Called again after a parameter of
-  /// initialisation changed. Throws Error and leaves the model as it was.
-  virtual void build() = 0;
+  /// initialisation changed. On failure the model stays as it was.
+  virtual Status build() = 0;
 
-  /// Sets memory() to the start at time t [s] for the present parameters and inputs. Throws Error.
-  virtual void initialise(double t) = 0;
+  /// Sets memory() to the start at time t [s] for the present parameters and inputs.
+  virtual Status initialise(double t) = 0;
 
-  /// Advances memory() from t to t + h [s] under the polynomial inputs in data(); on a partial step memory() belongs to
-  /// `reached`. Throws Error when no smaller step can help; the runtime then puts memory() back.
+  /// Advances memory() from t to t + h [s] under the polynomial inputs in data(). A discard leaves memory() at
+  /// `reached`; on an error the runtime restores memory().
   virtual StepResult step(double t, double h) = 0;
 
   /// Writes all outputs, and their first time derivatives where the table has them, for memory() and the inputs'
   /// values at time t [s].
-  virtual void evaluate(double t) = 0;
+  virtual Status evaluate(double t) = 0;
 
   // Continuous states, for model exchange and directional derivatives: those that the table declares, in its order,
   // whatever the parameters. They are a view of memory(); what the present parameters do not need stays 0.
 
-  /// Why the model as built has no such states; empty where it has.
-  virtual std::string without_states() const { return "this model has no continuous states"; }
+  /// Success when the model as built has continuous states; otherwise an error with the reason.
+  virtual Status check_states() const { return Status::error("this model has no continuous states"); }
 
   virtual void get_states(std::span<double> /*x*/) {}
   virtual void set_states(std::span<const double> /*x*/) {}
 
-  /// Writes the states' time derivatives for memory() and the inputs' values at time t [s]. Returns why there are none
-  /// here, empty on success. Leaves memory() alone.
-  virtual std::string rates(double /*t*/, std::span<double> /*dx*/) { return without_states(); }
+  /// Writes the states' time derivatives for memory() and the inputs' values at time t [s]. Leaves memory() alone.
+  virtual Status rates(double /*t*/, std::span<double> /*dx*/) { return check_states(); }
 
-  /// The exact derivative of rates() in the direction dx of the states and du of the inputs, du being what their first
-  /// time derivatives in data() are set to. False: not offered here, differences will do.
+  /// Writes the exact derivative of rates() in the direction dx of the states and du of the inputs; du is taken from
+  /// the inputs' first time derivatives in data(). False: not offered, the runtime uses finite differences.
   virtual bool rates_along(double /*t*/, std::span<const double> /*dx*/, std::span<double> /*ddx*/) { return false; }
 
-  /// Where memory() follows the inputs at once, as an equilibrium does: its rate under the inputs' first time
-  /// derivatives in data(). False: memory() has a past of its own, which no derivative at an instant moves.
+  /// Writes the time derivative of memory() under the inputs' first time derivatives in data(), for a model whose
+  /// memory is an equilibrium of its inputs. False: memory() has dynamic states and does not react instantaneously.
   virtual bool drift(std::span<double> /*rate*/) { return false; }
 
-  /// Takes note that a host's integrator has accepted the present states.
-  virtual void complete_step() {}
+  /// Called when a host's integrator has accepted the present states.
+  virtual Status complete_step() { return {}; }
 
-  /// Set by the runtime: passes a warning to the host's log.
+  /// Passes a warning to the host's log; set by the runtime.
   std::function<void(std::string_view)> warn = [](std::string_view) {};
 };
 

@@ -3,9 +3,9 @@
 
 #include <cmath>
 #include <sstream>
-#include <stdexcept>
 #include <string>
 
+#include "core/status.hpp"
 #include "parameters.hpp"
 
 namespace thermal {
@@ -22,23 +22,23 @@ class Circuit {
     return tca_.R[i] * (1.0 + tca_.alpha_T * (T_0_ + rise - tca_.T_ref) + tca_.beta * delta / length_);
   }
 
-  /// [W]; throws std::domain_error where the resistance is not positive or the power is beyond all doubles.
-  double power(std::size_t i, double voltage, double rise, double delta) const {
+  /// Writes the power [W]. Fails where the resistance is not positive or the power is not finite.
+  core::Status power(std::size_t i, double voltage, double rise, double delta, double& watt) const {
     const double ohm = has_feedback_ ? resistance(i, rise, delta) : tca_.R[i];
-    if (!(ohm > 0.0)) refuse(i, rise, delta);
-    const double watt = voltage * voltage / ohm;
-    if (!std::isfinite(watt)) {
-      throw std::domain_error("the power of TCA " + std::to_string(i + 1) +
-                              " is beyond all numbers; reduce the voltage");
-    }
-    return watt;
+    if (!(ohm > 0.0)) return not_positive(i, rise, delta);
+    watt = voltage * voltage / ohm;
+    if (!std::isfinite(watt))
+      return core::Status::discard("the power of TCA " + std::to_string(i + 1) + " is not finite",
+                                   "reduce the voltage");
+    return {};
   }
 
-  [[noreturn]] void refuse(std::size_t i, double rise, double delta) const {
-    std::ostringstream text;
-    text << "the resistance of TCA " << i + 1 << " is " << resistance(i, rise, delta) << " ohm at " << T_0_ + rise
-         << " K and delta = " << delta << " m, it must be positive; reduce tca.alpha_T or tca.beta, or the voltage";
-    throw std::domain_error(text.str());
+  /// The failure of a resistance that is not positive at this temperature rise [K] and displacement [m].
+  core::Status not_positive(std::size_t i, double rise, double delta) const {
+    std::ostringstream what;
+    what << "the resistance of TCA " << i + 1 << " is " << resistance(i, rise, delta) << " ohm at " << T_0_ + rise
+         << " K and delta = " << delta << " m, it must be positive";
+    return core::Status::discard(what.str(), "reduce tca.alpha_T or tca.beta, or the voltage");
   }
 
  private:

@@ -5,7 +5,6 @@
 #include <numbers>
 #include <numeric>
 #include <sstream>
-#include <stdexcept>
 
 namespace thermal {
 namespace {
@@ -30,10 +29,10 @@ double turn(double from, double to) {
 
 int pieces(double view, double widest) { return std::max(1, static_cast<int>(std::ceil(view / widest - 1e-9))); }
 
-[[noreturn]] void refuse(const std::string& what, double value, const std::string& range, const std::string& remedy) {
-  std::ostringstream text;
-  text << what << " is " << value << ", allowed is " << range << "; " << remedy;
-  throw std::invalid_argument(text.str());
+core::Status out_of_range(const std::string& name, double value, const std::string& range, const std::string& remedy) {
+  std::ostringstream what;
+  what << name << " is " << value << ", allowed is " << range;
+  return core::Status::error(what.str(), remedy);
 }
 
 /// Ends of equal geometric rings between radii of the given ratio, as fractions of the way.
@@ -148,39 +147,43 @@ Vector2d Curve::slope(double s) const {
   return half_ + radius_ * half_angle_ * Vector2d(-std::sin(angle), std::cos(angle));
 }
 
-void check(const Body& body, const Tca& tca) {
+core::Status check(const Body& body, const Tca& tca) {
   const auto metres = [](double low, double high) {
     std::ostringstream text;
     text << "more than " << low << " and less than " << high << " m";
     return text.str();
   };
-  if (!(body.radius > 0.0)) refuse("body.radius", body.radius, "more than 0 m", "give the body's outer radius");
-  if (!(body.length > 0.0)) refuse("body.length", body.length, "more than 0 m", "give the body's length");
+  if (!(body.radius > 0.0))
+    return out_of_range("body.radius", body.radius, "more than 0 m", "give the body's outer radius");
+  if (!(body.length > 0.0)) return out_of_range("body.length", body.length, "more than 0 m", "give the body's length");
   const double gap = kLeastGap * tca.outer_radius;
   if (!(tca.outer_radius > 0.0) || !(tca.outer_radius < body.radius)) {
-    refuse("tca.outer_radius", tca.outer_radius, metres(0.0, body.radius),
-           "a TCA must fit into the body (body.radius)");
+    return out_of_range("tca.outer_radius", tca.outer_radius, metres(0.0, body.radius),
+                        "a TCA must fit into the body (body.radius)");
   }
   if (!(tca.inner_radius > 0.0) || !(tca.inner_radius < tca.outer_radius - gap)) {
-    refuse("tca.inner_radius", tca.inner_radius, metres(0.0, tca.outer_radius - gap),
-           "the bore must be smaller than the TCA (tca.outer_radius)");
+    return out_of_range("tca.inner_radius", tca.inner_radius, metres(0.0, tca.outer_radius - gap),
+                        "the bore must be smaller than the TCA (tca.outer_radius)");
   }
   const double farthest = body.radius - tca.outer_radius - gap;
   if (!(tca.offset >= 0.0) || !(tca.offset <= farthest)) {
-    refuse("tca.offset", tca.offset, "0 to " + std::to_string(farthest) + " m (body.radius - tca.outer_radius)",
-           "the TCA would stick out of the body: reduce tca.offset or tca.outer_radius, or enlarge body.radius");
+    return out_of_range(
+        "tca.offset", tca.offset, "0 to " + std::to_string(farthest) + " m (body.radius - tca.outer_radius)",
+        "the TCA would stick out of the body: reduce tca.offset or tca.outer_radius, or enlarge body.radius");
   }
-  if (kTcas == 1) return;
+  if (kTcas == 1) return {};
   const std::vector<std::size_t> order = sorted(tca.azimuth);
   for (std::size_t k = 0; k < kTcas; ++k) {
     const std::size_t i = order[k], j = order[(k + 1) % kTcas];
     const double distance = (on_circle(tca.offset, tca.azimuth[i]) - on_circle(tca.offset, tca.azimuth[j])).norm();
     if (!(distance >= 2.0 * tca.outer_radius + gap)) {
-      refuse("the distance between the axes of TCA " + std::to_string(i + 1) + " and TCA " + std::to_string(j + 1),
-             distance, "at least " + std::to_string(2.0 * tca.outer_radius + gap) + " m (two outer radii)",
-             "the TCAs overlap: move tca.azimuth apart, enlarge tca.offset or reduce tca.outer_radius");
+      return out_of_range(
+          "the distance between the axes of TCA " + std::to_string(i + 1) + " and TCA " + std::to_string(j + 1),
+          distance, "at least " + std::to_string(2.0 * tca.outer_radius + gap) + " m (two outer radii)",
+          "the TCAs overlap: move tca.azimuth apart, enlarge tca.offset or reduce tca.outer_radius");
     }
   }
+  return {};
 }
 
 std::vector<Patch> cross_section(const Body& body, const Tca& tca) {

@@ -9,6 +9,7 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "core/status.hpp"
 #include "parameters.hpp"
 
 namespace thermal {
@@ -39,8 +40,8 @@ struct Patch {
   bool is_at_surface = false;  // its side t = t_to lies on the outer circle
 };
 
-/// Throws std::invalid_argument naming value, range and remedy when the TCAs do not fit into the body.
-void check(const Body& body, const Tca& tca);
+/// An error with value, range and remedy when the TCAs do not fit into the body.
+core::Status check(const Body& body, const Tca& tca);
 
 /// The patches of a cross-section that check() accepts.
 std::vector<Patch> cross_section(const Body& body, const Tca& tca);

@@ -4,10 +4,8 @@
 
 #include <algorithm>
 #include <cstdlib>
-#include <stdexcept>
 #include <string>
 
-#include "polynomials.hpp"
 #include "sundials.hpp"
 
 #if SUNDIALS_VERSION_MAJOR >= 7
@@ -55,12 +53,8 @@ struct FullLevel::Integrator {
   static int slope(sunrealtype s, N_Vector at, N_Vector out, void* user) {
     auto& self = *static_cast<Integrator*>(user);
     ++self.system.counts.slopes;
-    try {
-      self.system.slope(*self.drive, s, view(at), view(out));
-      return 0;
-    } catch (const std::domain_error&) {
-      return 1;  // recoverable: a shorter internal step may stay where resistances are positive
-    }
+    // 1: recoverable, a shorter internal step may stay where resistances are positive.
+    return self.system.slope(*self.drive, s, view(at), view(out)).is_ok() ? 0 : 1;
   }
 
   static int solve(SUNLinearSolver solver, SUNMatrix, N_Vector x, N_Vector b, sunrealtype) {
@@ -71,7 +65,7 @@ struct FullLevel::Integrator {
   }
 
   /// Runs over [0, h]; `hint` is the step to try first (0: none known), on return the one to try next time.
-  void run(const Drive& along, double h, double tolerance, double& hint) {
+  Status run(const Drive& along, double h, double tolerance, double& hint) {
     drive = &along;
     ARKStepReInit(arkode, nullptr, slope, 0.0, sundials.x);
     view(sundials.absolute) = kLocalShare * tolerance * kUnitRise * system.root;
@@ -81,7 +75,7 @@ struct FullLevel::Integrator {
     sunrealtype reached = 0.0, longest = 0.0;
     while (reached < h) {
       const int flag = ARKStepEvolve(arkode, h, sundials.x, &reached, ARK_ONE_STEP);
-      if (flag < 0) fail(flag, reached);
+      if (flag < 0) return failure(flag, reached);
       ++system.counts.steps;
       sunrealtype taken = 0.0;
       ARKStepGetLastStep(arkode, &taken);
@@ -91,19 +85,22 @@ struct FullLevel::Integrator {
     long int repeated = 0;
     ARKStepGetNumErrTestFails(arkode, &repeated);
     hint = repeated == 0 ? 2.0 * longest : longest;
+    return {};
   }
 
-  [[noreturn]] void fail(int flag, double reached) {
-    // Where the powers are at fault at the point reached, they say so themselves.
+  Status failure(int flag, double reached) {
+    // The powers at the point reached, where they are the cause.
     for (Index i = 0; i < kN; ++i) {
       const double rise = system.load.col(i).dot(view(sundials.x));
-      system.circuit.power(i, taylor(drive->V[i], reached), rise, taylor(drive->delta[i], reached));
+      double power = 0.0;
+      Status status = system.circuit.power(i, core::value(drive->V[i], reached), rise,
+                                           core::value(drive->delta[i], reached), power);
+      if (!status.is_ok()) return status;
     }
     char* name = ARKStepGetReturnFlagName(flag);
-    const std::string text = "SUNDIALS ARKODE stopped " + std::to_string(reached) + " s into the step: " + name +
-                             "; loosen tolerance or choose level = reduced";
+    const std::string what = "SUNDIALS ARKODE stopped " + std::to_string(reached) + " s into the step: " + name;
     std::free(name);
-    throw std::runtime_error(text);
+    return Status::discard(what, "loosen tolerance or choose level = reduced");
   }
 };
 
@@ -115,18 +112,19 @@ std::size_t FullLevel::state_size() const { return static_cast<std::size_t>(inte
 int FullLevel::unknowns() const { return static_cast<int>(integrator_->system.size()); }
 const FullSystem::Counts& FullLevel::counts() const { return integrator_->system.counts; }
 
-void FullLevel::advance(std::span<double> state, const Drive& drive, double h, double tolerance) {
+Status FullLevel::advance(std::span<double> state, const Drive& drive, double h, double tolerance) {
   Eigen::Map<VectorXd> x(state.data(), integrator_->system.size());
   view(integrator_->sundials.x) = x;
   double hint = state.back();
-  integrator_->run(drive, h, tolerance, hint);
+  Status status = integrator_->run(drive, h, tolerance, hint);
   x = view(integrator_->sundials.x);
   state.back() = hint;
+  return status;
 }
 
-Observation FullLevel::observe(std::span<const double> state, const Drive& drive) {
+Status FullLevel::observe(std::span<const double> state, const Drive& drive, Observation& seen) {
   FullSystem& system = integrator_->system;
-  return system.observe(Eigen::Map<const VectorXd>(state.data(), system.size()), drive);
+  return system.observe(Eigen::Map<const VectorXd>(state.data(), system.size()), drive, seen);
 }
 
 }  // namespace thermal

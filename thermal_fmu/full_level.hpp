@@ -18,8 +18,8 @@ class FullLevel final : public HeatLevel {
 
   std::size_t state_size() const override;
   int unknowns() const override;
-  void advance(std::span<double> state, const Drive& drive, double h, double tolerance) override;
-  Observation observe(std::span<const double> state, const Drive& drive) override;
+  Status advance(std::span<double> state, const Drive& drive, double h, double tolerance) override;
+  Status observe(std::span<const double> state, const Drive& drive, Observation& seen) override;
 
   const FullSystem::Counts& counts() const;
 

@@ -7,6 +7,7 @@
 namespace thermal {
 namespace {
 
+using core::value;
 using Eigen::Index;
 
 constexpr Index kN = static_cast<Index>(kTcas);
@@ -24,13 +25,17 @@ FullSystem::FullSystem(const HeatMatrices& m, const Parameters& parameters)
   factor_.analyzePattern(a_);
 }
 
-void FullSystem::slope(const Drive& drive, double s, const Eigen::Ref<const Vector>& x, Eigen::Ref<Vector> out) {
+Status FullSystem::slope(const Drive& drive, double s, const Eigen::Ref<const Vector>& x, Eigen::Ref<Vector> out) {
   out.noalias() = a_ * x;
-  out = load.col(kN) * taylor(drive.ambient_rise, s) - out;
+  out = load.col(kN) * value(drive.ambient_rise, s) - out;
   for (Index i = 0; i < kN; ++i) {
     const double rise = circuit.has_feedback() ? load.col(i).dot(x) : 0.0;
-    out += load.col(i) * circuit.power(i, taylor(drive.V[i], s), rise, taylor(drive.delta[i], s));
+    double power = 0.0;
+    Status status = circuit.power(i, value(drive.V[i], s), rise, value(drive.delta[i], s), power);
+    if (!status.is_ok()) return status;
+    out += load.col(i) * power;
   }
+  return {};
 }
 
 bool FullSystem::solve(double gamma, const Eigen::Ref<const Vector>& b, Eigen::Ref<Vector> x) {
@@ -51,13 +56,13 @@ bool FullSystem::solve(double gamma, const Eigen::Ref<const Vector>& b, Eigen::R
   return true;
 }
 
-Observation FullSystem::observe(const Eigen::Ref<const Vector>& x, const Drive& drive) {
-  Observation seen;
-  slope(drive, 0.0, x, permuted_);
+Status FullSystem::observe(const Eigen::Ref<const Vector>& x, const Drive& drive, Observation& seen) {
+  if (Status status = slope(drive, 0.0, x, permuted_); !status.is_ok()) return status;
   for (Index i = 0; i < kN; ++i) {
     seen.rise[i] = load.col(i).dot(x);
     seen.rate[i] = load.col(i).dot(permuted_);
-    seen.power[i] = circuit.power(i, drive.V[i][0], seen.rise[i], drive.delta[i][0]);
+    Status status = circuit.power(i, drive.V[i][0], seen.rise[i], drive.delta[i][0], seen.power[i]);
+    if (!status.is_ok()) return status;
   }
   const double surface = load.col(kN).dot(x);
   seen.loss = surface - surface_conductance_ * drive.ambient_rise[0];
@@ -65,7 +70,7 @@ Observation FullSystem::observe(const Eigen::Ref<const Vector>& x, const Drive& 
   seen.stored = root.dot(x);
   seen.max_rise = -1e300;
   for (const int node : probes_) seen.max_rise = std::max(seen.max_rise, x[node] / root[node]);
-  return seen;
+  return {};
 }
 
 }  // namespace thermal

@@ -20,13 +20,13 @@ class FullSystem {
 
   Eigen::Index size() const { return root.size(); }
 
-  /// out = -A x + B w at s after the start of the drive. Throws std::domain_error as Circuit::power.
-  void slope(const Drive& drive, double s, const Eigen::Ref<const Vector>& x, Eigen::Ref<Vector> out);
+  /// out = -A x + B w at s after the start of the drive. Fails as Circuit::power.
+  Status slope(const Drive& drive, double s, const Eigen::Ref<const Vector>& x, Eigen::Ref<Vector> out);
 
   /// (1 + gamma A) x = b. False: there are no factors.
   bool solve(double gamma, const Eigen::Ref<const Vector>& b, Eigen::Ref<Vector> x);
 
-  Observation observe(const Eigen::Ref<const Vector>& x, const Drive& drive);
+  Status observe(const Eigen::Ref<const Vector>& x, const Drive& drive, Observation& seen);
 
   Circuit circuit;
   Vector root;           // mass^(1/2)

@@ -7,14 +7,16 @@
 #include <cstddef>
 #include <span>
 
+#include "core/status.hpp"
+#include "core/time_polynomial.hpp"
 #include "parameters.hpp"
 
 namespace thermal {
 
 inline constexpr int kChannels = static_cast<int>(kTcas) + 1;  // a power for each TCA, then the surroundings
 
-/// Value and first three derivatives at the start of a step.
-using Cubic = std::array<double, 4>;
+using core::Cubic;
+using core::Status;
 
 struct Drive {
   std::array<Cubic, kTcas> V{};      // [V]
@@ -41,11 +43,11 @@ class HeatLevel {
   virtual std::size_t state_size() const = 0;
   /// Unknown temperatures or amplitudes.
   virtual int unknowns() const = 0;
-  /// From the start of the drive to `h` [s] later. `tolerance` matters where time is not exact. Throws
-  /// std::domain_error when a resistance stops being positive, std::runtime_error when the integrator cannot go on.
-  virtual void advance(std::span<double> state, const Drive& drive, double h, double tolerance) = 0;
+  /// From the start of the drive to `h` [s] later. `tolerance` matters where time is not exact. Fails when a resistance
+  /// stops being positive or the integrator cannot go on; the state is then unspecified.
+  virtual Status advance(std::span<double> state, const Drive& drive, double h, double tolerance) = 0;
   /// What is seen at the start of the drive.
-  virtual Observation observe(std::span<const double> state, const Drive& drive) = 0;
+  virtual Status observe(std::span<const double> state, const Drive& drive, Observation& seen) = 0;
 
   // The same level as differential equations, where it is small enough to be shown: amplitudes of its modes, as rises
   // in kelvin that a uniform one is spread over.
@@ -54,10 +56,10 @@ class HeatLevel {
   virtual std::size_t amplitudes() const { return 0; }
   virtual void get_amplitudes(std::span<const double> /*state*/, std::span<double> /*x*/) const {}
   virtual void set_amplitudes(std::span<double> /*state*/, std::span<const double> /*x*/) const {}
-  /// Their rates at the start of the drive [K/s]. Throws std::domain_error as advance.
-  virtual void rates(std::span<const double> /*state*/, const Drive&, std::span<double> /*dx*/) {}
+  /// Their rates at the start of the drive [K/s].
+  virtual Status rates(std::span<const double> /*state*/, const Drive&, std::span<double> /*dx*/) { return {}; }
   /// Counts the way of the powers since they were last looked at towards Observation::bound.
-  virtual void note_powers(std::span<double> /*state*/, const Drive&) {}
+  virtual Status note_powers(std::span<double> /*state*/, const Drive&) { return {}; }
 };
 
 }  // namespace thermal

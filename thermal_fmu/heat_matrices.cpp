@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <stdexcept>
 
 #include "spectral.hpp"
 
@@ -22,7 +21,7 @@ struct Element {
   Eigen::VectorXd edge;  // quadrature weights along the side at t_to, nodes (i, p) [m]
 };
 
-Element element(const Patch& patch, const LobattoRule& rule) {
+core::Result<Element> element(const Patch& patch, const LobattoRule& rule) {
   const Index n = rule.nodes.size();
   Element e{std::vector<Vector2d>(n * n), Eigen::VectorXd(n * n), MatrixXd::Zero(n * n, n * n), Eigen::VectorXd(n)};
   const double half = 0.5 * (patch.t_to - patch.t_from);
@@ -36,10 +35,8 @@ Element element(const Patch& patch, const LobattoRule& rule) {
       const Vector2d t_slope = half * (outer - inner);
       const double jacobian = t_slope.x() * s_slope.y() - t_slope.y() * s_slope.x();
       if (!(jacobian > 0.0)) {
-        throw std::invalid_argument(
-            "the mesh of the cross-section folds: the TCAs leave too thin a wall; change tca.offset, tca.outer_radius "
-            "or "
-            "tca.azimuth");
+        return core::Status::error("the mesh of the cross-section folds: the TCAs leave too thin a wall",
+                                   "change tca.offset, tca.outer_radius or tca.azimuth");
       }
       const double weight = rule.weights[i] * rule.weights[j];
       e.points[i + n * j] = (1.0 - t) * inner + t * outer;
@@ -94,10 +91,10 @@ std::vector<int> merged(const std::vector<Vector2d>& points, double closeness, i
 
 }  // namespace
 
-HeatMatrices heat_matrices(const Parameters& parameters, int order) {
+core::Result<HeatMatrices> heat_matrices(const Parameters& parameters, int order) {
   const Body& body = parameters.body;
   const Tca& tca = parameters.tca;
-  check(body, tca);
+  if (core::Status status = check(body, tca); !status.is_ok()) return status;
   const std::vector<Patch> patches = cross_section(body, tca);
   const LobattoRule rule = lobatto_rule(order);
   const Index n = rule.nodes.size(), locals = n * n;
@@ -105,7 +102,9 @@ HeatMatrices heat_matrices(const Parameters& parameters, int order) {
   std::vector<Element> elements;
   std::vector<Vector2d> points;
   for (const Patch& patch : patches) {
-    elements.push_back(element(patch, rule));
+    core::Result<Element> next = element(patch, rule);
+    if (!next.status.is_ok()) return std::move(next.status);
+    elements.push_back(std::move(next.value));
     points.insert(points.end(), elements.back().points.begin(), elements.back().points.end());
   }
   int count = 0;

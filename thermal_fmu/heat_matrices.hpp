@@ -23,7 +23,7 @@ struct HeatMatrices {
   Eigen::Index size() const { return mass.size(); }
 };
 
-/// Throws std::invalid_argument where cross_section would, or when a patch is folded.
-HeatMatrices heat_matrices(const Parameters& parameters, int order);
+/// Fails where check() of the cross-section does, or when an element is folded.
+core::Result<HeatMatrices> heat_matrices(const Parameters& parameters, int order);
 
 }  // namespace thermal

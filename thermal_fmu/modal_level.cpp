@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 
 #include "phi.hpp"
 #include "spectral.hpp"
@@ -10,6 +9,7 @@
 namespace thermal {
 namespace {
 
+using core::value;
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
@@ -44,10 +44,6 @@ struct Points {
 const Points& points() {
   static const Points instance;
   return instance;
-}
-
-Cubic shifted(const Cubic& c, double s) {
-  return {taylor(c, s), c[1] + s * (c[2] + s / 2.0 * c[3]), c[2] + s * c[3], c[3]};
 }
 
 }  // namespace
@@ -92,26 +88,28 @@ void ModalLevel::carry(State& state, const Carrier& carrier, const Forcing& forc
     std::array<double, kPowerTerms> derivatives;
     for (int q = 0; q < kPowerTerms; ++q) derivatives[q] = forcing(c, q);
     state.travel[c] += std::abs(forcing(c, 0) - state.last[c]) + variation(derivatives, carrier.h);
-    state.last[c] = taylor(derivatives, carrier.h);
+    state.last[c] = value(derivatives, carrier.h);
   }
 }
 
-void ModalLevel::advance(std::span<double> memory, const Drive& drive, double h, double tolerance) {
+Status ModalLevel::advance(std::span<double> memory, const Drive& drive, double h, double tolerance) {
   const Index n = model_.size();
   State state{Eigen::Map<VectorXd>(memory.data(), n), Eigen::Map<Channels>(memory.data() + n),
               Eigen::Map<Channels>(memory.data() + n + kChannels)};
   if (circuit_.has_feedback()) {
-    advance_with_feedback(state, drive, 0.0, h, tolerance, 0);
-    return;
+    return advance_with_feedback(state, drive, 0.0, h, tolerance, 0);
   }
   Forcing forcing = Forcing::Zero();
   for (Index i = 0; i < kN; ++i) {
+    double power_of_1_volt = 0.0;
+    if (Status status = circuit_.power(i, 1.0, 0.0, 0.0, power_of_1_volt); !status.is_ok()) return status;
     const Sextic v2 = square(drive.V[i]);
-    for (int q = 0; q < kPowerTerms; ++q) forcing(i, q) = v2[q] * circuit_.power(i, 1.0, 0.0, 0.0);
+    for (int q = 0; q < kPowerTerms; ++q) forcing(i, q) = v2[q] * power_of_1_volt;
   }
   for (int q = 0; q < 4; ++q) forcing(kN, q) = drive.ambient_rise[q];
   carrier_.prepare(model_.rate, h);
   carry(state, carrier_, forcing);
+  return {};
 }
 
 ModalLevel::Collocation& ModalLevel::collocation(double h, int depth) {
@@ -153,8 +151,8 @@ bool ModalLevel::solve_powers(const State& state, const Drive& drive, double fro
   for (int m = 0; m < kPoints; ++m) {
     const double s = from + points().at[m] * c.h;
     for (Index i = 0; i < kN; ++i) {
-      v2(i, m) = std::pow(taylor(drive.V[i], s), 2);
-      delta(i, m) = taylor(drive.delta[i], s);
+      v2(i, m) = std::pow(value(drive.V[i], s), 2);
+      delta(i, m) = value(drive.delta[i], s);
       rises_(i, m) = base_rises_[i];
     }
   }
@@ -187,11 +185,11 @@ bool ModalLevel::solve_powers(const State& state, const Drive& drive, double fro
   return true;
 }
 
-void ModalLevel::advance_with_feedback(State& state, const Drive& drive, double from, double h, double tolerance,
-                                       int depth) {
+Status ModalLevel::advance_with_feedback(State& state, const Drive& drive, double from, double h, double tolerance,
+                                         int depth) {
   const Collocation& c = collocation(h, depth);
   Forcing forcing = Forcing::Zero();
-  const Cubic ambient = shifted(drive.ambient_rise, from);
+  const Cubic ambient = core::shifted(drive.ambient_rise, from);
   for (int q = 0; q < 4; ++q) forcing(kN, q) = ambient[q];
   if (solve_powers(state, drive, from, forcing, c, tolerance)) {
     double scale = 1.0;
@@ -199,26 +197,28 @@ void ModalLevel::advance_with_feedback(State& state, const Drive& drive, double 
       forcing.col(q).template head<kN>() = scale * (powers_ * points().derivatives.row(q).transpose());
     }
     carry(state, c.carriers[kPoints - 1], forcing);
-    return;
+    return {};
   }
   if (depth == kDeepest) {
     for (Index i = 0; i < kN; ++i) {
-      const double rise = load_.col(i).dot(state.z), delta = taylor(drive.delta[i], from + h);
-      if (!(circuit_.resistance(i, rise, delta) > 0.0)) circuit_.refuse(i, rise, delta);
+      const double rise = load_.col(i).dot(state.z), delta = value(drive.delta[i], from + h);
+      if (!(circuit_.resistance(i, rise, delta) > 0.0)) return circuit_.not_positive(i, rise, delta);
     }
-    throw std::runtime_error(
-        "powers and temperatures do not settle however short the step: reduce tca.alpha_T, tca.beta "
-        "or the voltages");
+    return Status::discard("powers and temperatures do not settle however short the step",
+                           "reduce tca.alpha_T, tca.beta or the voltages");
   }
-  advance_with_feedback(state, drive, from, 0.5 * h, tolerance, depth + 1);
-  advance_with_feedback(state, drive, from + 0.5 * h, 0.5 * h, tolerance, depth + 1);
+  Status status = advance_with_feedback(state, drive, from, 0.5 * h, tolerance, depth + 1);
+  if (!status.is_ok()) return status;
+  return advance_with_feedback(state, drive, from + 0.5 * h, 0.5 * h, tolerance, depth + 1);
 }
 
-ModalLevel::Channels ModalLevel::channels(const Eigen::Ref<const VectorXd>& z, const Drive& drive) const {
-  Channels input;
-  for (Index i = 0; i < kN; ++i) input[i] = circuit_.power(i, drive.V[i][0], load_.col(i).dot(z), drive.delta[i][0]);
+Status ModalLevel::channels(const Eigen::Ref<const VectorXd>& z, const Drive& drive, Channels& input) const {
+  for (Index i = 0; i < kN; ++i) {
+    Status status = circuit_.power(i, drive.V[i][0], load_.col(i).dot(z), drive.delta[i][0], input[i]);
+    if (!status.is_ok()) return status;
+  }
   input[kN] = drive.ambient_rise[0];
-  return input;
+  return {};
 }
 
 void ModalLevel::get_amplitudes(std::span<const double> memory, std::span<double> x) const {
@@ -229,26 +229,32 @@ void ModalLevel::set_amplitudes(std::span<double> memory, std::span<const double
   for (Index k = 0; k < model_.size(); ++k) memory[k] = x[k] * unit_;
 }
 
-void ModalLevel::rates(std::span<const double> memory, const Drive& drive, std::span<double> dx) {
+Status ModalLevel::rates(std::span<const double> memory, const Drive& drive, std::span<double> dx) {
   const Index n = model_.size();
   const Eigen::Map<const VectorXd> z(memory.data(), n);
-  Eigen::Map<VectorXd>(dx.data(), n) = (load_ * channels(z, drive) - model_.rate.cwiseProduct(z)) / unit_;
+  Channels input;
+  if (Status status = channels(z, drive, input); !status.is_ok()) return status;
+  Eigen::Map<VectorXd>(dx.data(), n) = (load_ * input - model_.rate.cwiseProduct(z)) / unit_;
+  return {};
 }
 
-void ModalLevel::note_powers(std::span<double> memory, const Drive& drive) {
+Status ModalLevel::note_powers(std::span<double> memory, const Drive& drive) {
   const Index n = model_.size();
-  const Channels now = channels(Eigen::Map<const VectorXd>(memory.data(), n), drive);
+  Channels now;
+  if (Status status = channels(Eigen::Map<const VectorXd>(memory.data(), n), drive, now); !status.is_ok())
+    return status;
   Eigen::Map<Channels> last(memory.data() + n), travel(memory.data() + n + kChannels);
   travel += (now - last).cwiseAbs();
   last = now;
+  return {};
 }
 
-Observation ModalLevel::observe(std::span<const double> memory, const Drive& drive) {
+Status ModalLevel::observe(std::span<const double> memory, const Drive& drive, Observation& seen) {
   const Index n = model_.size();
   const Eigen::Map<const VectorXd> z(memory.data(), n);
   const Eigen::Map<const Channels> travel(memory.data() + n + kChannels);
-  Observation seen;
-  const Channels input = channels(z, drive);
+  Channels input;
+  if (Status status = channels(z, drive, input); !status.is_ok()) return status;
   for (Index i = 0; i < kN; ++i) {
     seen.rise[i] = load_.col(i).dot(z);
     seen.power[i] = input[i];
@@ -263,7 +269,7 @@ Observation ModalLevel::observe(std::span<const double> memory, const Drive& dri
   probes_.noalias() = model_.probe * z;
   seen.max_rise = probes_.maxCoeff();
   for (Index i = 0; i < kN; ++i) seen.bound = std::max(seen.bound, model_.step_bound.row(i).dot(travel));
-  return seen;
+  return {};
 }
 
 }  // namespace thermal

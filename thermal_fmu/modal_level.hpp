@@ -24,13 +24,13 @@ class ModalLevel final : public HeatLevel {
 
   std::size_t state_size() const override { return static_cast<std::size_t>(model_.size() + 2 * kChannels); }
   int unknowns() const override { return static_cast<int>(model_.size()); }
-  void advance(std::span<double> state, const Drive& drive, double h, double tolerance) override;
-  Observation observe(std::span<const double> state, const Drive& drive) override;
+  Status advance(std::span<double> state, const Drive& drive, double h, double tolerance) override;
+  Status observe(std::span<const double> state, const Drive& drive, Observation& seen) override;
   std::size_t amplitudes() const override { return static_cast<std::size_t>(model_.size()); }
   void get_amplitudes(std::span<const double> state, std::span<double> x) const override;
   void set_amplitudes(std::span<double> state, std::span<const double> x) const override;
-  void rates(std::span<const double> state, const Drive& drive, std::span<double> dx) override;
-  void note_powers(std::span<double> state, const Drive& drive) override;
+  Status rates(std::span<const double> state, const Drive& drive, std::span<double> dx) override;
+  Status note_powers(std::span<double> state, const Drive& drive) override;
 
  private:
   static constexpr int kPoints = kPowerTerms;
@@ -64,12 +64,12 @@ class ModalLevel final : public HeatLevel {
   };
 
   void carry(State& state, const Carrier& carrier, const Forcing& forcing);
-  void advance_with_feedback(State& state, const Drive& drive, double from, double h, double tolerance, int depth);
+  Status advance_with_feedback(State& state, const Drive& drive, double from, double h, double tolerance, int depth);
   bool solve_powers(const State& state, const Drive& drive, double from, const Forcing& ambient,
                     const Collocation& collocation, double tolerance);
   Collocation& collocation(double h, int depth);
   /// Powers and ambient rise at the start of the drive.
-  Channels channels(const Eigen::Ref<const Eigen::VectorXd>& z, const Drive& drive) const;
+  Status channels(const Eigen::Ref<const Eigen::VectorXd>& z, const Drive& drive, Channels& input) const;
 
   ModalModel model_;
   Loads load_;

@@ -10,21 +10,13 @@
 namespace thermal {
 
 inline constexpr int kPowerTerms = 7;  // a cubic's square has degree 6
-using Sextic = std::array<double, kPowerTerms>;
+using Sextic = core::TimePolynomial<kPowerTerms>;
 
 /// Derivatives of the square, by Leibniz' rule.
 inline Sextic square(const Cubic& c) {
   const double a = c[0], b = c[1], d = c[2], e = c[3];
   return {a * a,        2.0 * a * b, 2.0 * (a * d + b * b), 2.0 * a * e + 6.0 * b * d, 8.0 * b * e + 6.0 * d * d,
           20.0 * d * e, 20.0 * e * e};
-}
-
-/// The polynomial's value at s.
-template <std::size_t terms>
-double taylor(const std::array<double, terms>& derivatives, double s) {
-  double sum = derivatives[terms - 1];
-  for (std::size_t j = terms - 1; j-- > 0;) sum = derivatives[j] + s / static_cast<double>(j + 1) * sum;
-  return sum;
 }
 
 /// Upper bound of the total variation over [0, h]: that of the Bernstein control polygon, which a polynomial never

@@ -49,14 +49,16 @@ double change(const Responses& a, const Responses& b) {
 
 }  // namespace
 
-HeatMatrices resolved_matrices(const Parameters& parameters) {
-  Responses before = responses(heat_matrices(parameters, kLeastOrder - 1));
+core::Result<HeatMatrices> resolved_matrices(const Parameters& parameters) {
+  core::Result<HeatMatrices> coarsest = heat_matrices(parameters, kLeastOrder - 1);
+  if (!coarsest.status.is_ok()) return coarsest;
+  Responses before = responses(coarsest.value);
   double ratio = 0.1;  // of changes from order to order, until two are known; typical
   double change_before = 0.0;
   for (int order = kLeastOrder;; ++order) {
-    HeatMatrices matrices = heat_matrices(parameters, order);
-    if (order == kHighestOrder) return matrices;
-    Responses here = responses(matrices);
+    core::Result<HeatMatrices> matrices = heat_matrices(parameters, order);
+    if (order == kHighestOrder || !matrices.status.is_ok()) return matrices;
+    Responses here = responses(matrices.value);
     const double change_here = change(here, before);
     if (change_before > 0.0) ratio = std::min(0.95, change_here / change_before);
     const double changes_to_come = change_here * ratio / (1.0 - ratio);  // geometric series

@@ -16,8 +16,7 @@ namespace {
 constexpr double kHottest = 373.15;           // where the paper's assumptions end [K]
 constexpr double kReferenceTolerance = 1e-4;  // of the model that `lumped` is compared with
 
-std::unique_ptr<HeatLevel> make_level(const Parameters& p) {
-  const HeatMatrices matrices = resolved_matrices(p);
+std::unique_ptr<HeatLevel> make_level(const HeatMatrices& matrices, const Parameters& p) {
   switch (p.level) {
     case Level::full:
       return std::make_unique<FullLevel>(matrices, p);
@@ -30,20 +29,18 @@ std::unique_ptr<HeatLevel> make_level(const Parameters& p) {
 
 }  // namespace
 
-void ThermalModel::build() {
-  std::unique_ptr<HeatLevel> level;
-  try {
-    level = make_level(data_.parameters);
-  } catch (const std::invalid_argument& problem) {
-    throw fmu::Error(problem.what());
-  }
-  level_ = std::move(level);
+Status ThermalModel::build() {
+  core::Result<HeatMatrices> matrices = resolved_matrices(data_.parameters);
+  if (!matrices.status.is_ok()) return std::move(matrices.status);
+  level_ = make_level(matrices.value, data_.parameters);
   memory_.assign(level_->state_size(), 0.0);
+  return {};
 }
 
-void ThermalModel::initialise(double) {
+Status ThermalModel::initialise(double) {
   std::fill(memory_.begin(), memory_.end(), 0.0);
   has_warned_ = false;
+  return {};
 }
 
 Drive ThermalModel::drive() const {
@@ -53,52 +50,38 @@ Drive ThermalModel::drive() const {
 }
 
 fmu::StepResult ThermalModel::step(double t, double h) {
-  try {
-    level_->advance(memory_, drive(), h, data_.parameters.tolerance);
-  } catch (const std::exception& problem) {
-    std::ostringstream text;
-    text << "heat, step from t = " << t << " s of " << h << " s: " << problem.what();
-    throw fmu::Error(text.str());
-  }
-  if (!std::all_of(memory_.begin(), memory_.end(), [](double v) { return std::isfinite(v); })) {
-    throw fmu::Error("heat: temperatures beyond all numbers after the step from t = " + std::to_string(t) +
-                     " s; reduce the voltages or their derivatives");
-  }
-  return {t + h, {}};
+  Status status = level_->advance(memory_, drive(), h, data_.parameters.tolerance);
+  if (status.is_ok() && !std::all_of(memory_.begin(), memory_.end(), [](double v) { return std::isfinite(v); }))
+    status = Status::error("temperatures are not finite", "reduce the voltages or their derivatives");
+  if (status.is_ok()) return {t + h, {}};
+  std::ostringstream where;
+  where << "heat, step from t = " << t << " s of " << h << " s";
+  return {t, std::move(status).at(where.str()).as_error()};
 }
 
-std::string ThermalModel::without_states() const {
+Status ThermalModel::check_states() const {
   if (data_.parameters.level == Level::full)
-    return "level = full has as many states as its mesh has nodes; choose reduced or lumped";
+    return Status::error("level = full has as many states as its mesh has nodes", "choose reduced or lumped");
   if (level_->amplitudes() > kMostAmplitudes)
-    return "level = reduced has " + std::to_string(level_->amplitudes()) + " states, allowed: up to " +
-           std::to_string(kMostAmplitudes) + "; choose a larger tolerance";
-  return "";
+    return Status::error("level = reduced has " + std::to_string(level_->amplitudes()) + " states, allowed: up to " +
+                             std::to_string(kMostAmplitudes),
+                         "choose a larger tolerance");
+  return {};
 }
 
 void ThermalModel::get_states(std::span<double> x) {
-  if (without_states().empty()) level_->get_amplitudes(memory_, x);
+  if (check_states().is_ok()) level_->get_amplitudes(memory_, x);
 }
 
 void ThermalModel::set_states(std::span<const double> x) { level_->set_amplitudes(memory_, x); }
 
-std::string ThermalModel::rates(double, std::span<double> dx) {
-  try {
-    level_->rates(memory_, drive(), dx);
-  } catch (const std::domain_error& problem) {
-    return problem.what();
-  }
-  return "";
-}
+Status ThermalModel::rates(double, std::span<double> dx) { return level_->rates(memory_, drive(), dx); }
 
-void ThermalModel::evaluate(double t) {
+Status ThermalModel::evaluate(double t) {
   const double T_0 = data_.parameters.T_0;
   Observation seen;
-  try {
-    seen = level_->observe(memory_, drive());
-  } catch (const std::domain_error& problem) {
-    throw fmu::Error("heat, t = " + std::to_string(t) + " s: " + problem.what());
-  }
+  if (Status status = level_->observe(memory_, drive(), seen); !status.is_ok())
+    return std::move(status).at("heat, t = " + std::to_string(t) + " s").as_error();
   for (std::size_t i = 0; i < kTcas; ++i) data_.T[i] = T_0 + seen.rise[i];
   data_.T_rate = seen.rate;
   data_.P = seen.power;
@@ -115,6 +98,7 @@ void ThermalModel::evaluate(double t) {
          << " degC, above 100 degC the model's assumptions end; reduce the voltages";
     warn(text.str());
   }
+  return {};
 }
 
 }  // namespace thermal

@@ -11,19 +11,21 @@
 
 namespace thermal {
 
+using core::Status;
+
 class ThermalModel final : public fmu::Model {
  public:
   std::span<std::byte> data() override { return std::as_writable_bytes(std::span(&data_, 1)); }
   std::span<double> memory() override { return memory_; }
-  void build() override;
-  void initialise(double t) override;
+  Status build() override;
+  Status initialise(double t) override;
   fmu::StepResult step(double t, double h) override;
-  void evaluate(double t) override;
-  std::string without_states() const override;
+  Status evaluate(double t) override;
+  Status check_states() const override;
   void get_states(std::span<double> x) override;
   void set_states(std::span<const double> x) override;
-  std::string rates(double t, std::span<double> dx) override;
-  void complete_step() override { level_->note_powers(memory_, drive()); }
+  Status rates(double t, std::span<double> dx) override;
+  Status complete_step() override { return level_->note_powers(memory_, drive()); }
 
  private:
   Drive drive() const;

@@ -14,14 +14,14 @@ class RodModel final : public fmu::Model {
  public:
   std::span<std::byte> data() override { return std::as_writable_bytes(std::span(&data_, 1)); }
   std::span<double> memory() override { return memory_; }
-  void build() override;
-  void initialise(double t) override;
+  fmu::Status build() override;
+  fmu::Status initialise(double t) override;
   fmu::StepResult step(double t, double h) override;
-  void evaluate(double t) override;
-  std::string without_states() const override;
+  fmu::Status evaluate(double t) override;
+  fmu::Status check_states() const override;
   void get_states(std::span<double> x) override;
   void set_states(std::span<const double> x) override;
-  std::string rates(double t, std::span<double> dx) override;
+  fmu::Status rates(double t, std::span<double> dx) override;
   bool drift(std::span<double> rate) override;
   bool rates_along(double t, std::span<const double> dx, std::span<double> ddx) override;
 

@@ -4,6 +4,8 @@
 
 #include <stdexcept>
 
+#include "thermal_scene.hpp"
+
 namespace thermal {
 
 Bdf::Bdf(const HeatMatrices& matrices, const Parameters& parameters, bool keeps_history)
@@ -21,8 +23,7 @@ Bdf::~Bdf() { CVodeFree(&cvode_); }
 int Bdf::slope(sunrealtype, N_Vector at, N_Vector out, void* user) {
   auto& self = *static_cast<Bdf*>(user);
   ++self.system_.counts.slopes;
-  self.system_.slope(*self.drive_, 0.0, view(at), view(out));
-  return 0;
+  return self.system_.slope(*self.drive_, 0.0, view(at), view(out)).is_ok() ? 0 : -1;
 }
 
 int Bdf::solve(SUNLinearSolver solver, SUNMatrix, N_Vector x, N_Vector b, sunrealtype) {
@@ -49,6 +50,10 @@ void Bdf::advance(const Drive& drive, double h, double tolerance) {
   t_ += h;
 }
 
-Observation Bdf::observe(const Drive& drive) { return system_.observe(view(sundials_.x), drive); }
+Observation Bdf::observe(const Drive& drive) {
+  Observation seen;
+  must(system_.observe(view(sundials_.x), drive, seen));
+  return seen;
+}
 
 }  // namespace thermal

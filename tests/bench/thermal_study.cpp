@@ -25,7 +25,7 @@ void mesh() {
   std::puts("# mesh: scene step, T_i at the reference's times and against the same scene at order 10");
   std::puts("order,unknowns,error_to_reference_K,error_to_order_10_K");
   for (int order = 2; order <= 8; ++order) {
-    const auto n = heat_matrices({}, order).size();
+    const auto n = must(heat_matrices({}, order)).size();
     std::printf("%d,%ld,%.3e,%.3e\n", order, static_cast<long>(n), against_reference(fine_run(order)),
                 largest_gap(fine_run(order), fine_run(10), step_scene(), 30.0));
   }
@@ -64,8 +64,12 @@ double microseconds(int repeats, Task task) {
 class Esdirk {
  public:
   Esdirk(const HeatMatrices& matrices, const Parameters& p) : level_(matrices, p), state_(level_.state_size(), 0.0) {}
-  void advance(const Drive& drive, double h, double tolerance) { level_.advance(state_, drive, h, tolerance); }
-  Observation observe(const Drive& drive) { return level_.observe(state_, drive); }
+  void advance(const Drive& drive, double h, double tolerance) { must(level_.advance(state_, drive, h, tolerance)); }
+  Observation observe(const Drive& drive) {
+    Observation seen;
+    must(level_.observe(state_, drive, seen));
+    return seen;
+  }
   const FullSystem::Counts& counts() const { return level_.counts(); }
 
  private:
@@ -99,7 +103,7 @@ void integrators() {
   std::puts("# integrators of level full: scene step to 10 s, order 4, against the same mesh exact in time");
   std::puts("integrator,macro_step_s,tolerance,error_K,steps,slopes,factorisations,solves,time_ms");
   const Parameters p;
-  const HeatMatrices m = heat_matrices(p, 4);
+  const HeatMatrices m = must(heat_matrices(p, 4));
   for (double macro : {0.1, 1.0})
     for (double tolerance : {1e-4, 1e-5, 1e-6}) {
       const auto line = [&](const char* name, auto make) { integrate(name, macro, tolerance, fine_run(4), make); };
@@ -114,7 +118,7 @@ void feedback() {
   std::puts("# feedback: smooth scene to 8 s, one collocation per step, against 128 steps");
   std::puts("level,step_s,error_K");
   constexpr double kNoHalving = 1e300;
-  const HeatMatrices m = heat_matrices({}, 3);
+  const HeatMatrices m = must(heat_matrices({}, 3));
   const ModalModel small = reduced(m, 1e-3), net = lumped(m, small);
   for (const auto& [name, model] : {std::pair{"reduced", &small}, {"lumped", &net}}) {
     const auto rises = [&](int steps) {

@@ -13,15 +13,16 @@ namespace {
 struct Bench {
   explicit Bench(const Parameters& parameters = {}) {
     data().parameters = parameters;
-    model.build();
-    model.initialise(0.0);
+    fmu::require(model.build());
+    fmu::require(model.initialise(0.0));
   }
   Data& data() { return *reinterpret_cast<Data*>(model.data().data()); }
   void step(double h) {
-    model.step(t, h);
+    fmu::require(model.step(t, h).status);
     t += h;
-    model.evaluate(t);
+    evaluate();
   }
+  void evaluate() { fmu::require(model.evaluate(t)); }
   ThermalModel model;
   double t = 0.0;
 };
@@ -33,7 +34,7 @@ TEST(ThermalModel, StartsUniformAtT0) {
     p.level = level;
     Bench bench(p);
     bench.data().V[0][0] = 3.0;
-    bench.model.evaluate(0.0);
+    bench.evaluate();
     const Data& d = bench.data();
     for (double T : d.T) EXPECT_EQ(T, 310.0);
     EXPECT_EQ(d.T_max, 310.0);
@@ -55,7 +56,7 @@ TEST(ThermalModel, RatesAreTheDerivativesOfT) {
     bench.data().V[1] = {2.0, 0.5, 0.0, 0.0};
     bench.step(1.0);
     bench.data().V[1] = {2.5, 0.5, 0.0, 0.0};
-    bench.model.evaluate(1.0);
+    bench.evaluate();
     const PerTca rate = bench.data().T_rate, before = bench.data().T;
     bench.step(1e-3);
     for (std::size_t i = 0; i < kTcas; ++i) {
@@ -94,8 +95,8 @@ TEST(ThermalModel, NoNumberBeyondAllBoundsComesOut) {
     p.level = level;
     Bench bench(p);
     bench.data().V[0][0] = 1e200;  // its square is beyond all doubles
-    EXPECT_THROW(bench.model.step(0.0, 1.0), fmu::Error) << "level " << static_cast<int>(level);
-    EXPECT_THROW(bench.model.evaluate(0.0), fmu::Error) << "level " << static_cast<int>(level);
+    EXPECT_TRUE(bench.model.step(0.0, 1.0).status.is_error()) << "level " << static_cast<int>(level);
+    EXPECT_TRUE(bench.model.evaluate(0.0).is_error()) << "level " << static_cast<int>(level);
   }
 }
 
@@ -104,14 +105,9 @@ void expect_refusal(void (*spoil)(Parameters&), const std::string& name) {
   Bench bench;
   const std::size_t memory = bench.model.memory().size();
   spoil(bench.data().parameters);
-  try {
-    bench.model.build();
-    ADD_FAILURE() << name << " was accepted";
-  } catch (const fmu::Error& error) {
-    const std::string text = error.what();
-    EXPECT_NE(text.find(name), std::string::npos) << text;
-    EXPECT_NE(text.find("allowed is"), std::string::npos) << text;
-  }
+  const std::string text = bench.model.build().text();
+  EXPECT_NE(text.find(name), std::string::npos) << text;
+  EXPECT_NE(text.find("allowed is"), std::string::npos) << text;
   EXPECT_EQ(bench.model.memory().size(), memory);
   bench.data().parameters = {};
   bench.step(1.0);
@@ -136,7 +132,7 @@ TEST(ThermalModel, EveryTcaHasItsOwnResistance) {
   p.tca.R = {5.0, 10.0, 20.0};
   Bench bench(p);
   for (auto& V : bench.data().V) V[0] = 2.0;
-  bench.model.evaluate(0.0);
+  bench.evaluate();
   EXPECT_DOUBLE_EQ(bench.data().P[0], 0.8);
   EXPECT_DOUBLE_EQ(bench.data().P[1], 0.4);
   EXPECT_DOUBLE_EQ(bench.data().P[2], 0.2);

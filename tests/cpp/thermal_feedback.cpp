@@ -14,10 +14,10 @@ PerTca by_runge_kutta(const Parameters& p, const ModalModel& m, const Drive& dri
     for (int i = 0; i < static_cast<int>(kTcas); ++i) {
       const double T = p.T_0 + m.load.col(i).dot(z);
       const double R = p.tca.R[i] * (1.0 + p.tca.alpha_T * (T - p.tca.T_ref) +
-                                     p.tca.beta * taylor(drive.delta[i], s) / p.body.length);
-      w[i] = std::pow(taylor(drive.V[i], s), 2) / R;
+                                     p.tca.beta * value(drive.delta[i], s) / p.body.length);
+      w[i] = std::pow(value(drive.V[i], s), 2) / R;
     }
-    w[kChannels - 1] = taylor(drive.ambient_rise, s);
+    w[kChannels - 1] = value(drive.ambient_rise, s);
     return Eigen::VectorXd(m.load * w - m.rate.cwiseProduct(z));
   };
   Eigen::VectorXd z = Eigen::VectorXd::Zero(m.size());
@@ -34,7 +34,7 @@ PerTca by_runge_kutta(const Parameters& p, const ModalModel& m, const Drive& dri
 }
 
 TEST(Feedback, ReducedAndLumpedAgreeWithRungeKutta) {
-  const HeatMatrices m = heat_matrices({}, 3);
+  const HeatMatrices m = must(heat_matrices({}, 3));
   const ModalModel small = reduced(m, 1e-3);
   for (const ModalModel& model : {small, lumped(m, small)}) {
     const Parameters p = with_feedback(Level::reduced);
@@ -44,8 +44,10 @@ TEST(Feedback, ReducedAndLumpedAgreeWithRungeKutta) {
                  fine = by_runge_kutta(p, model, drive, 10.0, 2 * steps);
     ModalLevel level(model, p);
     std::vector<double> state(level.state_size(), 0.0);
-    level.advance(state, drive, 10.0, 1e-10);
-    const PerTca seen = level.observe(state, drive).rise;
+    must(level.advance(state, drive, 10.0, 1e-10));
+    Observation observed;
+    must(level.observe(state, drive, observed));
+    const PerTca seen = observed.rise;
     EXPECT_LT(gap(seen, fine), 1e-8 + gap(coarse, fine));
     EXPECT_GT(seen[2], 30.0);
   }
@@ -55,7 +57,7 @@ TEST(Feedback, PathHasOrderSixOrMoreInStepLength) {
   // A tolerance beyond reach of any error switches the halving off, so that one step is one collocation.
   constexpr double kNoHalving = 1e300;
   const Parameters p = with_feedback(Level::reduced);
-  const ModalModel model = reduced(heat_matrices({}, 3), 1e-3);
+  const ModalModel model = reduced(must(heat_matrices({}, 3)), 1e-3);
   const Drive drive = smooth_scene();
   const auto rises = [&](int steps) { return stepped(model, p, drive, 8.0, steps, kNoHalving); };
   const PerTca truth = rises(64);
@@ -110,8 +112,6 @@ TEST(Feedback, ResistanceThatVanishesIsRefusedAtEveryLevel) {
       run.advance(drive, 1000.0);
       ADD_FAILURE() << "level " << static_cast<int>(level) << " went on";
     } catch (const std::runtime_error& problem) {
-      EXPECT_NE(std::string(problem.what()).find("tca.alpha_T"), std::string::npos) << problem.what();
-    } catch (const std::domain_error& problem) {
       EXPECT_NE(std::string(problem.what()).find("tca.alpha_T"), std::string::npos) << problem.what();
     }
   }

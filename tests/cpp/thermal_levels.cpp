@@ -25,7 +25,7 @@ TEST(Scene, StepAgreesWithTheIndependentSolutionAtEveryRow) {
 
 TEST(Mesh, ConvergesSpectrally) {
   // Space alone: reduced to 1e-8, exact in time. The reference's own error, 1e-4 K, hides the rest from order 6 on.
-  EXPECT_LE(heat_matrices({}, 5).size(), 1500);
+  EXPECT_LE(must(heat_matrices({}, 5)).size(), 1500);
   EXPECT_LE(against_reference(reduced_run(5, 1e-8)), 3e-4);
   const auto error = [](int order) {
     Trajectory run = reduced_run(order, 1e-8), truth = reduced_run(8, 1e-8);
@@ -40,7 +40,7 @@ TEST(Mesh, ConvergesSpectrally) {
     }
     return worst;
   };
-  EXPECT_LE(heat_matrices({}, 6).size(), 2500);
+  EXPECT_LE(must(heat_matrices({}, 6)).size(), 2500);
   double before = error(2);
   for (int order : {3, 4, 5, 6}) {
     const double here = error(order);
@@ -73,7 +73,7 @@ TEST(Reduction, ErrorStaysBelowItsBoundAndNearIt) {
 TEST(Reduction, BoundHoldsAgainstAllModesOfTheMesh) {
   // The unreduced step response from a dense eigendecomposition, without Krylov spaces or truncation.
   Parameters p;
-  const HeatMatrices m = heat_matrices(p, 3);
+  const HeatMatrices m = must(heat_matrices(p, 3));
   const Eigen::VectorXd root = m.mass.cwiseSqrt();
   const Eigen::MatrixXd a =
       root.cwiseInverse().asDiagonal() * Eigen::MatrixXd(m.stiffness) * root.cwiseInverse().asDiagonal();
@@ -100,7 +100,7 @@ TEST(Reduction, BoundHoldsAgainstAllModesOfTheMesh) {
 }
 
 TEST(Reduction, SteadyStatesAreExact) {
-  const HeatMatrices m = heat_matrices({}, 4);
+  const HeatMatrices m = must(heat_matrices({}, 4));
   const ModalModel coarse = reduced(m, 1e-1), fine = reduced(m, 1e-8), network = lumped(m, coarse);
   const auto steady = [](const ModalModel& model) {
     return Eigen::MatrixXd(model.load.transpose() * model.rate.cwiseInverse().asDiagonal() * model.load);
@@ -110,7 +110,7 @@ TEST(Reduction, SteadyStatesAreExact) {
 }
 
 TEST(Lumped, IsASymmetricPositiveNetworkWithAllTheHeat) {
-  const HeatMatrices m = heat_matrices({}, 4);
+  const HeatMatrices m = must(heat_matrices({}, 4));
   const Network net = network(m);
   EXPECT_NEAR(net.capacity.sum(), m.mass.sum(), 1e-12 * m.mass.sum());
   EXPECT_GT(net.capacity.minCoeff(), 0.0);
@@ -182,7 +182,7 @@ TEST(Extremes, ContrastsAndTransferOverDecadesKeepTheTolerance) {
         p.tolerance = 1e-3;
         Parameters fine = p;
         fine.tolerance = 1e-5;
-        const ModalModel coarse = reduced(heat_matrices(p, 3), 1e-2);
+        const ModalModel coarse = reduced(must(heat_matrices(p, 3)), 1e-2);
         const double rise = coarse.load.col(0).cwiseAbs2().cwiseQuotient(coarse.rate).sum() / p.tca.R[0];
         Drive drive;
         drive.V[0][0] = 1.0;

@@ -9,6 +9,7 @@
 #include <sstream>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "full_level.hpp"
@@ -18,6 +19,18 @@
 #include "resolution.hpp"
 
 namespace thermal {
+
+using core::value;
+
+/// Throws std::runtime_error with the message of a failure: where a test or benchmark expects none.
+inline void must(const Status& status) {
+  if (!status.is_ok()) throw std::runtime_error(status.text());
+}
+template <class Value>
+Value must(core::Result<Value> result) {
+  must(result.status);
+  return std::move(result.value);
+}
 
 /// Constant voltages, 1.5 i on TCA i (the scene `step` for three TCAs); surroundings as at the start.
 inline Drive step_scene() {
@@ -32,8 +45,12 @@ class Trajectory {
   Trajectory(std::unique_ptr<HeatLevel> level, double tolerance = 1e-5)
       : level_(std::move(level)), tolerance_(tolerance), state(level_->state_size(), 0.0) {}
 
-  void advance(const Drive& drive, double h) { level_->advance(state, drive, h, tolerance_); }
-  Observation observe(const Drive& drive) { return level_->observe(state, drive); }
+  void advance(const Drive& drive, double h) { must(level_->advance(state, drive, h, tolerance_)); }
+  Observation observe(const Drive& drive) {
+    Observation seen;
+    must(level_->observe(state, drive, seen));
+    return seen;
+  }
   int unknowns() const { return level_->unknowns(); }
 
  private:
@@ -55,8 +72,10 @@ inline std::unique_ptr<HeatLevel> level_of(const Parameters& p, const HeatMatric
   }
 }
 
-inline Trajectory run_of(const Parameters& p) { return {level_of(p, resolved_matrices(p)), p.tolerance}; }
-inline Trajectory run_of(const Parameters& p, int order) { return {level_of(p, heat_matrices(p, order)), p.tolerance}; }
+inline Trajectory run_of(const Parameters& p) { return {level_of(p, must(resolved_matrices(p))), p.tolerance}; }
+inline Trajectory run_of(const Parameters& p, int order) {
+  return {level_of(p, must(heat_matrices(p, order))), p.tolerance};
+}
 
 struct ReferenceRow {
   double t;                     // [s]
@@ -116,9 +135,7 @@ inline Drive smooth_scene() {
 
 /// The rest of a drive after s.
 inline Drive later(const Drive& drive, double s) {
-  const auto at = [s](const Cubic& c) {
-    return Cubic{taylor(c, s), c[1] + s * (c[2] + s / 2.0 * c[3]), c[2] + s * c[3], c[3]};
-  };
+  const auto at = [s](const Cubic& c) { return core::shifted(c, s); };
   Drive rest;
   for (std::size_t i = 0; i < kTcas; ++i) rest.V[i] = at(drive.V[i]), rest.delta[i] = at(drive.delta[i]);
   rest.ambient_rise = at(drive.ambient_rise);
@@ -150,8 +167,10 @@ inline PerTca stepped(const ModalModel& model, const Parameters& p, const Drive&
   ModalLevel level(model, p);
   std::vector<double> state(level.state_size(), 0.0);
   const double h = last / steps;
-  for (int n = 0; n < steps; ++n) level.advance(state, later(drive, h * n), h, tolerance);
-  return level.observe(state, drive).rise;
+  for (int n = 0; n < steps; ++n) must(level.advance(state, later(drive, h * n), h, tolerance));
+  Observation seen;
+  must(level.observe(state, drive, seen));
+  return seen.rise;
 }
 
 }  // namespace thermal

@@ -44,12 +44,12 @@ TEST(Phi, TendsToItsAsymptoteForLargeArguments) {
 TEST(Polynomials, SquareAndVariation) {
   const Cubic v{1.0, -2.0, 3.0, 4.0};
   const Sextic v2 = square(v);
-  for (double s : {0.0, 0.3, 1.7, 5.0}) EXPECT_NEAR(taylor(v2, s), std::pow(taylor(v, s), 2), 1e-12 * taylor(v2, s));
+  for (double s : {0.0, 0.3, 1.7, 5.0}) EXPECT_NEAR(value(v2, s), std::pow(value(v, s), 2), 1e-12 * value(v2, s));
   // Never below the true variation; exact for monotone polynomials.
   EXPECT_DOUBLE_EQ(variation(Cubic{2.0, 3.0, 0.0, 0.0}, 2.0), 6.0);
   double travelled = 0.0;
   for (int i = 0; i < 10000; ++i) {
-    travelled += std::abs(taylor(v2, 3.0 * (i + 1) / 10000) - taylor(v2, 3.0 * i / 10000));
+    travelled += std::abs(value(v2, 3.0 * (i + 1) / 10000) - value(v2, 3.0 * i / 10000));
   }
   EXPECT_GE(variation(v2, 3.0), travelled);
   EXPECT_LE(variation(v2, 3.0), 2.0 * travelled);
@@ -81,9 +81,7 @@ TEST_P(ExactLevels, CubicVoltagesAndSurroundingsInStepsOfAnyLength) {
   Drive whole;
   for (std::size_t i = 0; i < kTcas; ++i) whole.V[i] = {1.0 + 0.5 * static_cast<double>(i), 0.2, -0.05, 0.01};
   whole.ambient_rise = {5.0, -1.0, 0.2, -0.03};
-  const auto at = [](const Cubic& c, double s) {
-    return Cubic{taylor(c, s), c[1] + s * c[2] + s * s / 2.0 * c[3], c[2] + s * c[3], c[3]};
-  };
+  const auto at = [](const Cubic& c, double s) { return core::shifted(c, s); };
   Trajectory once = start(), run = start();
   once.advance(whole, 10.0);
   for (int n = 0; n < 40; ++n) {

@@ -28,7 +28,7 @@ class Count : public testing::TestWithParam<bool> {
 
 TEST_P(Count, AreasAreThoseOfCircles) {
   const Parameters p = parameters();
-  const HeatMatrices m = heat_matrices(p, 6);
+  const HeatMatrices m = must(heat_matrices(p, 6));
   const double pi = std::numbers::pi, R = p.body.radius, b = p.tca.outer_radius, a = p.tca.inner_radius;
   const double heat =
       p.body.length * pi * (p.body.rho_c * (R * R - kTcas * b * b) + p.tca.rho_c * kTcas * (b * b - a * a));
@@ -39,7 +39,7 @@ TEST_P(Count, AreasAreThoseOfCircles) {
 
 TEST_P(Count, ElementsOfHigherOrderAgree) {
   Parameters p = parameters();
-  const HeatMatrices coarse = resolved_matrices(p);
+  const HeatMatrices coarse = must(resolved_matrices(p));
   p.tolerance = 1e-6;
   Drive drive;
   for (std::size_t i = 0; i < kTcas; ++i) drive.V[i][0] = 1.0 + static_cast<double>(i) / kTcas;

@@ -17,16 +17,18 @@ class Chain : public fmu::Model {
   std::span<std::byte> data() override { return std::as_writable_bytes(std::span(&data_, 1)); }
   std::span<double> memory() override { return memory_; }
 
-  void build() override {
-    if (data_.damping > 10.0 * data_.mass) throw fmu::Error("damping is above 10 times the mass; lower it");
+  fmu::Status build() override {
+    if (data_.damping > 10.0 * data_.mass) return fmu::Status::error("damping is above 10 times the mass", "lower it");
     memory_.assign(2 * data_.masses, 0.0);
     ++builds_;
+    return {};
   }
 
-  void initialise(double) override {
+  fmu::Status initialise(double) override {
     std::fill(memory_.begin(), memory_.end(), 0.0);
-    if (data_.is_clamped) return;
+    if (data_.is_clamped) return {};
     for (int i = 0; i < data_.masses; ++i) memory_[i] = data_.bias[0];
+    return {};
   }
 
   fmu::StepResult step(double t, double h) override {
@@ -44,19 +46,21 @@ class Chain : public fmu::Model {
       for (std::size_t i = 0; i < memory_.size(); ++i) memory_[i] += ds / 6 * (k1[i] + 2 * k2[i] + 2 * k3[i] + k4[i]);
     }
     if (data_.force[0] < -1.0) warn("the force pulls by 100 % and #more");
-    if (done < h) return {t + done, "longer than longest_step; ask for a smaller step"};
-    return {t + h, ""};
+    if (done < h) return {t + done, fmu::Status::discard("longer than longest_step", "ask for a smaller step")};
+    return {t + h, {}};
   }
 
-  void evaluate(double) override {
+  fmu::Status evaluate(double) override {
     data_.x = memory_[data_.masses - 1];
     data_.v = memory_[2 * data_.masses - 1];
     data_.reading = data_.x + data_.bias[0];
     data_.builds = builds_;
+    return {};
   }
 
-  std::string without_states() const override {
-    return data_.scheme == Scheme::classical ? "" : "scheme = midpoint is one of steps only; choose classical";
+  fmu::Status check_states() const override {
+    if (data_.scheme == Scheme::classical) return {};
+    return fmu::Status::error("scheme = midpoint is one of steps only", "choose classical");
   }
   void get_states(std::span<double> x) override {
     for (std::size_t i = 0; i < memory_.size(); ++i) x[place(i)] = memory_[i];
@@ -64,11 +68,11 @@ class Chain : public fmu::Model {
   void set_states(std::span<const double> x) override {
     for (std::size_t i = 0; i < memory_.size(); ++i) memory_[i] = x[place(i)];
   }
-  std::string rates(double, std::span<double> dx) override {
-    if (data_.force[0] > data_.breaking_force) return "the chain is broken";
+  fmu::Status rates(double, std::span<double> dx) override {
+    if (data_.force[0] > data_.breaking_force) return fmu::Status::discard("the chain is broken");
     const State dy = rate(memory_, 0.0);
     for (std::size_t i = 0; i < dy.size(); ++i) dx[place(i)] = dy[i];
-    return "";
+    return {};
   }
 
  private:
@@ -89,8 +93,7 @@ class Chain : public fmu::Model {
   State rate(const State& y, double s) const {
     const int n = data_.masses;
     State dy(y.size());
-    const auto& [f, df, ddf, dddf] = data_.force;
-    const double force = f + s * (df + s / 2 * (ddf + s / 3 * dddf));
+    const double force = core::value(data_.force, s);
     if (force > kBedlam) throw 42;  // what nobody should throw
     if (force > data_.breaking_force) throw fmu::Error("force " + std::to_string(force) + " N breaks the chain");
     for (int i = 0; i < n; ++i) {
