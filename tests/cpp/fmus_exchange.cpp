@@ -86,7 +86,7 @@ TEST_F(Exchange, DerivativesWithoutAnAnswerAreDiscarded) {
   host.set("force", 2e3);  // breaks the chain
   std::vector<double> dx(kStates);
   EXPECT_EQ(fmi2GetDerivatives(host.fmu, dx.data(), dx.size()), fmi2Discard);
-  EXPECT_TRUE(host.said({"derivatives at t = 0 s", "broken"}));
+  EXPECT_TRUE(host.said({"fmi2GetDerivatives", "t = 0 s", "broken"}));
   host.set("force", 0.0);
   derivatives();
 }
@@ -145,7 +145,7 @@ TEST_F(Exchange, DirectionalDerivativesLeaveNoTrace) {
   const auto u = reference("der(velocity[1])"), k = reference("force");
   const double seed = 1.0;
   double result = kNaN;
-  EXPECT_EQ(fmi2GetDirectionalDerivative(host.fmu, &u, 1, &k, 1, &seed, &result), fmi2Error);
+  EXPECT_EQ(fmi2GetDirectionalDerivative(host.fmu, &u, 1, &k, 1, &seed, &result), fmi2Discard);
   EXPECT_TRUE(host.said({"the chain is broken"}));
   EXPECT_EQ(host.get("force"), 0.0);
   EXPECT_EQ(states(), x);
