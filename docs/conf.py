@@ -23,6 +23,7 @@ myst_heading_anchors = 4
 # Pages with {code-cell} blocks run while the site is built; a cell that fails fails the build.
 nb_execution_mode = "cache"
 nb_execution_raise_on_error = True
+nb_execution_in_temp = True
 nb_execution_timeout = 300
 nb_execution_show_tb = True
 nb_merge_streams = True
