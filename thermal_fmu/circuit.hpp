@@ -1,4 +1,5 @@
-// The TCAs as resistors: R_i = R_ref,i [1 + alpha_T (T_i - T_ref) + beta delta_i / L], P_i = V_i^2 / R_i.
+// The TCAs as resistors (Joule heat, Eq. 2):
+//     R_i = R_ref,i [1 + alpha_T (T_i - T_ref) + beta delta_i / L], P_i = V_i^2 / R_i.
 #pragma once
 
 #include <cmath>

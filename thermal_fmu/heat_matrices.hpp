@@ -1,4 +1,5 @@
-// The heat problem after discretisation in space by spectral elements (Gauss-Lobatto-Legendre nodes, order p):
+// The heat problem (Eq. 1, convection of Eq. 3; docs/theory/heat.md) after discretisation in space by spectral elements
+// (Gauss-Lobatto-Legendre nodes, order p):
 //     mass T' = -stiffness T + sum_i mean_i P_i + surface T_ambient,
 // all for the body's length. The source of TCA i is spread evenly over its annulus, so its load is the vector that
 // takes the annulus' mean: T_i = mean_i' T. The surface's load takes its mean too: T_surface = surface' T / (h times

@@ -1,5 +1,5 @@
 """One loop over one macro step: guess the end values of what is torn, sweep, compare, until the estimated error is
-small."""
+small. For displacement and force of the TCAs this is the closure of Eqs. 18-20 (docs/theory/coupling.md)."""
 
 from __future__ import annotations
 

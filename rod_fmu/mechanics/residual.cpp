@@ -42,7 +42,7 @@ ROD_INLINE void orientation(const Build& build, const double* q, Kinematics& w) 
   w.tip_quaternion = rotate_along(grid, kappa, w.R);
 }
 
-/// u_i = lambda + kappa x r_i + r_i', its length, direction and arm.
+/// u_i = lambda + kappa x r_i + r_i', its length (the integrand of delta_i, Eq. 17), direction and arm.
 template <class Space, int packs>
 ROD_INLINE void tca_geometry(const Build& build, const Field& kappa, const Field& lambda, Kinematics& w,
                              const std::array<double*, tca_count>& b) {

@@ -1,6 +1,6 @@
 // A Cosserat rod with embedded TCAs as a system of few unknowns: strains are polynomials along the rod,
 //   xi(s, t) = xi* + Phi(s) q(t),   xi = [kappa; lambda],
-// and the equations of motion are the projection of the rod's balance (physics: Eqs. 5-16, body frame) onto Phi,
+// and the equations of motion are the projection of the rod's balance (Eqs. 5-16, body frame: Eq. 8) onto Phi,
 //   r(q, v, a) = int Phi^T (K Phi q + D Phi v + sum N_i [r_i x t_i; t_i] - [R^T m; R^T n]) ds = 0,
 //   n(s) = F + int_s^L rho A (g - p..) ds,   m(s) = M + int_s^L (p' x n - h.) ds,   h = R rho J R^T omega,
 // with q dimensionless (curvatures times L), r in joules, v = q., a = q... . Everything but R(s) is one integral over
