@@ -1,5 +1,6 @@
 # make demo     the paper's three scenes and their figure
-# make test     C++ and Python tests, formatters, linters
+# make check    linters, types, fast tests: within a minute once installed
+# make test     all C++ and Python tests, formatters, linters
 # make fmus     fmus/thermal.fmu and fmus/rod.fmu
 # make portable both with binaries for Windows as well, and in build/wheel/ a wheel with them, which needs no compiler
 # make charts   docs/figures/convergence.png, chart_step.png, chart_drop.png, chart_tap.png: how the models converge, what accuracy costs
@@ -18,7 +19,7 @@ SOURCES := $(CXX_FILES) $(shell find fmus thermal_fmu rod_fmu tests orchestratio
 WINDOWS = TCA_WIN64=ON $(addprefix FETCHCONTENT_SOURCE_DIR_SUNDIALS=,$(realpath $(VENV)/sundials))
 
 .NOTPARALLEL: # one build folder; what runs in it is parallel
-.PHONY: fmus portable demo test charts reference docs compiled format
+.PHONY: fmus portable demo test charts reference docs lint check compiled format
 fmus: $(VENV)/installed
 
 portable: $(BUILD)/wheel/ready
@@ -44,13 +45,20 @@ $(BUILD)/wheel/ready: $(VENV)/installed $(VENV)/windows
 		-Cwheel.tags=py3-none-manylinux2014_x86_64 --wheel-dir $(BUILD)/wheel .
 	touch $@
 
-test: portable compiled $(BUILD)/hosts/ready
-	ctest --test-dir $(BUILD) --output-on-failure
+lint:
 	ruff check .
 	ruff format --check .
 	python -m mypy
 	clang-format --dry-run --Werror $(CXX_FILES)
-	python -m pytest
+
+check: $(VENV)/installed $(VENV)/tested
+	$(MAKE) --no-print-directory lint
+	python -m pytest -q -m "not slow and not hosts" -n auto
+
+test: portable compiled $(BUILD)/hosts/ready
+	$(MAKE) --no-print-directory lint
+	ctest --test-dir $(BUILD) --output-on-failure
+	python -m pytest --cov
 
 reference: $(VENV)/installed
 	PYTHONPATH=. python docs/reference.py

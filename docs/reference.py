@@ -139,8 +139,10 @@ def _fmu(name: str) -> str:
 
 
 def folded(variables: Sequence[Variable]) -> list[tuple[str, ...]]:
-    """Rows: name, start, unit, range, meaning. Elements of one vector that differ in numbers only share a row, such as
-    T[1..3]."""
+    """Rows: name, start, unit, range, meaning.
+
+    Elements of one vector that differ in numbers only share a row, such as T[1..3].
+    """
     groups: dict[tuple[str, ...], list[Variable]] = {}
     for v in variables:
         groups.setdefault((_NUMBER.sub("#", v.name), v.unit, _range(v), _NUMBER.sub("#", v.description)), []).append(v)

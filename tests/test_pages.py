@@ -16,7 +16,6 @@ from pathlib import Path
 
 import pytest
 import typer
-
 from tca_cosim.cli import app
 
 ROOT = Path(__file__).parent.parent
