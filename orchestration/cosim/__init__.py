@@ -1,2 +1,2 @@
 """Co-simulation: subsystems behind one protocol, their coupling graph, algebraic loops, extrapolation, acceleration,
-step control and the master that drives them. Knows nothing of FMUs and files."""
+step control and the master that drives them. It knows nothing of FMUs and files."""

@@ -1,88 +1,85 @@
-"""One loop over one macro step: guess the end values of what is torn, sweep, compare, until the estimated error is
-small. For displacement and force of the TCAs this is the closure of Eqs. 18-20 (docs/theory/coupling.md)."""
+"""One loop over one macro step: guess the end values of torn outputs, sweep, compare, until the error is small.
+
+For displacement and force of the TCAs this is the closure of Eqs. 18-20 (docs/theory/coupling.md).
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
 
 import numpy as np
 
 from ..errors import SubsystemError
-from .acceleration import METHODS as ITERATIONS
-from .acceleration import IterationHistory, Method, Outcome, norm, solve
-from .extrapolation import METHODS, Exchange, Sample, powers
-from .graph import Circuit, Link, Node
+from .acceleration import IterationHistory, Method, Outcome, create, norm, solve
+from .extrapolation import METHODS, Extrapolation, Sample
+from .graph import WiredComponent
+from .node import Node
+from .settings import Coupling
 from .step_error import StepError
 
-__all__ = ["Settings", "feed", "solve_loop", "step_node"]
-
-
-@dataclass(frozen=True)
-class Settings:
-    """method None: explicit coupling, one sweep. tolerance: of the coupling error, share of the nominals."""
-
-    exchange: Exchange
-    waveform: Exchange
-    method: Method | None
-    tolerance: float = 1e-6
-    max_sweeps: int = 30
-    halvings: int = 6
-    reach: float = 10.0  # how far a guess may go from the start of a step, in nominals: beyond, subsystems only suffer
-
-
-def feed(node: Node, links: list[Link], time: float, exchange: Exchange) -> None:
-    """Inputs whose sources have done the step already."""
-    for link in links:
-        source = link.source
-        node.inputs[:, link.targets] = exchange.fit((*source.samples, source.now), time)[:, link.columns]
-
-
-def step_node(node: Node, time: float, length: float, exchange: Exchange) -> None:
-    """Forward inputs, then the subsystem's own step; torn and external inputs are set already. Raises
-    SubsystemError."""
-    feed(node, node.forward, time, exchange)
-    node.subsystem.set_inputs(node.inputs)
-    node.subsystem.step(time, length)
-    node.now = node.sample(time + length)
+__all__ = ["solve_loop"]
 
 
 def solve_loop(
-    circuit: Circuit,
+    component: WiredComponent,
     time: float,
     length: float,
-    settings: Settings,
-    trace: IterationHistory,
-    restore: Callable[[Circuit], None],
+    settings: Coupling,
+    history: IterationHistory,
+    restore: Callable[[WiredComponent], None],
 ) -> Outcome:
-    """The loop's nodes are at `time`; restore sets them back there. Raises StepError with the residuals and gain
-    found."""
-    x = _predict(circuit, time, length, settings)
-    method = settings.method or _starter(circuit, settings.waveform)
-    if method is None:
-        _tear(circuit, time, settings.waveform, {})
-        residual = (_sweep(circuit, time, length, settings) - x) / circuit.scale
-        off = norm(residual)
-        if not off <= settings.reach:
-            cause = f"explicit coupling is off by more than the reach of {settings.reach:g} nominals"
-            raise StepError(cause, (off,), remedy="Iterate: coupling.method = 'iqn', or take smaller macro steps")
-        return Outcome(x, True, off, (off,))
-    fresh, start = True, _gather(circuit, length, settings.waveform, lambda node: node.samples[-1])
+    """Step the nodes of a loop from `time` by `length` [s] with consistent inputs.
 
-    def around(x: np.ndarray) -> np.ndarray:
+    Parameters
+    ----------
+    component : WiredComponent
+        Its nodes are at `time`; inputs from signals and other components are set.
+    time, length : float
+        The macro step [s].
+    settings : Coupling
+        Method, tolerance and limits.
+    history : IterationHistory
+        What earlier steps left.
+    restore : callable
+        Sets the component's nodes back to `time`.
+
+    Raises
+    ------
+    StepError
+        With the residuals, the estimated gain, and the time reached by a subsystem that refused the step.
+    """
+    interface = component.interface
+    method = settings.loop_method or _first_step_method(component, settings.torn)
+    if method is None:
+        return _explicit(component, time, length, settings)
+    # The first guess is the parabola through the newest samples; an explicit first step starts from its own waveform.
+    fit = METHODS["quadratic"].fit if settings.loop_method else settings.torn.fit
+    start = interface.pack(lambda node: node.samples[-1], length)
+    fresh = True
+
+    def sweep_from(x: np.ndarray) -> np.ndarray:
         nonlocal fresh
-        if not norm((x - start) / circuit.scale) <= settings.reach:
-            raise StepError(f"the iteration went further than the reach of {settings.reach:g} nominals")
+        if not norm((x - start) / interface.scale) <= settings.trust_radius:
+            raise StepError(f"the iteration went further than the reach of {settings.trust_radius:g} nominals")
         if not fresh:
-            restore(circuit)
+            restore(component)
         fresh = False
-        _tear(circuit, time, settings.waveform, _ends(circuit, x, time, length, settings.waveform))
-        return _sweep(circuit, time, length, settings)
+        guesses = interface.unpack(x, lambda node: node.samples[-1], time + length, length)
+        _set_torn_inputs(component, time, settings.torn, guesses)
+        return _sweep(component, time, length, settings)
 
     cause, reached = "the iteration does not converge", None
-    trace.tangent = lambda: None if settings.waveform.slopes else _tangent(circuit)
     try:
-        outcome = solve(around, x, circuit.scale, method, trace, settings.tolerance, settings.max_sweeps)
+        outcome = solve(
+            sweep_from,
+            interface.predict(fit, time, length),
+            interface.scale,
+            method,
+            history,
+            settings.tolerance,
+            settings.max_sweeps,
+            jacobian=lambda: None if settings.torn.needs_derivatives else _jacobian(component),
+        )
         if outcome.converged:
             return outcome
     except StepError as failure:
@@ -91,91 +88,64 @@ def solve_loop(
         cause, reached = str(failure), failure.reached
     except np.linalg.LinAlgError:
         cause = "the estimated Jacobian of the loop is singular"
-    residuals = tuple(norm(r) for r in trace.r)
+    residuals = tuple(norm(r) for r in history.r)
     if len(residuals) > 1 and residuals[-1] > residuals[0]:
         cause = f"the iteration diverges ({cause})"
-    raise StepError(cause, residuals, trace.secants.gain, reached)
+    raise StepError(cause, residuals, history.secants.gain, reached)
 
 
-def _starter(circuit: Circuit, waveform: Exchange) -> Method | None:
-    """Explicit cubics need two samples. Behind a start or an event there is one, whose tangent is an order short of
-    what a first step may lose, so that step is iterated where states can be set back."""
-    short = waveform.slopes and any(len(node.samples) < 2 for node, *_ in circuit.unknowns)
-    return ITERATIONS["iqn"]() if short and all(node.subsystem.can_rollback for node in circuit.nodes) else None
+def _explicit(component: WiredComponent, time: float, length: float, settings: Coupling) -> Outcome:
+    """Sweep once with extrapolated inputs. The residual is the error of the extrapolation."""
+    interface = component.interface
+    x = interface.predict(settings.torn.fit, time, length)
+    _set_torn_inputs(component, time, settings.torn, {})
+    error = norm((_sweep(component, time, length, settings) - x) / interface.scale)
+    if not error <= settings.trust_radius:
+        cause = f"explicit coupling is off by more than the reach of {settings.trust_radius:g} nominals"
+        raise StepError(cause, (error,), remedy="Iterate: coupling.method = 'iqn', or take smaller macro steps")
+    return Outcome(x, True, error, (error,))
 
 
-def _sweep(circuit: Circuit, time: float, length: float, settings: Settings) -> np.ndarray:
-    """Steps every node once; returns what the unknowns became."""
-    for node in circuit.nodes:
-        step_node(node, time, length, settings.exchange)
-    return _gather(circuit, length, settings.waveform, lambda node: node.now)
+def _first_step_method(component: WiredComponent, waveform: Extrapolation) -> Method | None:
+    """Return a method for an explicit step that extrapolation is too poor for.
+
+    Cubics need two samples. After the start or an event there is one, whose tangent is an order less accurate than a
+    first step has to be, so that step is iterated where states can be restored."""
+    nodes = [torn.node for torn in component.interface.outputs]
+    short = waveform.needs_derivatives and any(len(node.samples) < 2 for node in nodes)
+    return create("iqn") if short and all(node.subsystem.can_rollback for node in component.nodes) else None
 
 
-def _gather(circuit: Circuit, length: float, waveform: Exchange, sample: Callable[[Node], Sample]) -> np.ndarray:
-    """The unknowns (n,) in the samples of their nodes: values, and slopes times length where a waveform has them."""
-    parts = []
-    for node, columns, _ in circuit.unknowns:
-        _, values, rates = sample(node)
-        parts.append(values[columns])
-        if waveform.slopes and rates is not None:  # always together: network.assemble asks for them
-            parts.append(length * rates[columns])
-    return parts[0] if len(parts) == 1 else np.concatenate(parts)
+def _sweep(component: WiredComponent, time: float, length: float, settings: Coupling) -> np.ndarray:
+    """Step every node once and return the unknowns (n,) that result."""
+    for node in component.nodes:
+        node.step(time, length, settings.forward)
+    return component.interface.pack(lambda node: node.current, length)
 
 
-def _tangent(circuit: Circuit) -> np.ndarray | None:
-    """Derivatives (n, n) of the residual by the unknowns, in nominals, by the chain rule along the sweep just done;
-    None where a subsystem offers none."""
-    size = circuit.scale.size
-    guess, moved, place = dict[Node, np.ndarray](), dict[Node, np.ndarray](), 0
-    for node, columns, _ in circuit.unknowns:
-        guess[node] = np.zeros((len(node.subsystem.outputs), size))
-        guess[node][columns, place + np.arange(columns.size)] = 1.0
-        place += columns.size
-    for node in circuit.nodes:
-        links = [(link, guess) for link in node.torn] + [(link, moved) for link in node.forward]
-        tangent = node.subsystem.tangent(np.r_[tuple(link.targets for link, _ in links)])
-        if tangent is None:
-            return None
-        moved[node] = tangent @ np.concatenate([source[link.source][link.columns] for link, source in links])
-    through = np.concatenate([moved[node][columns] for node, columns, _ in circuit.unknowns])
-    return (through * circuit.scale - np.diag(circuit.scale)) / circuit.scale[:, None]
-
-
-def _tear(circuit: Circuit, time: float, waveform: Exchange, ends: dict[Node, Sample]) -> None:
-    """Torn inputs: through the guessed end value, or from the past alone."""
-    polynomials = {
-        node: waveform.fit((*node.samples, ends[node]) if ends else node.samples, time) for node, *_ in circuit.unknowns
-    }
-    for node in circuit.nodes:
+def _set_torn_inputs(
+    component: WiredComponent, time: float, waveform: Extrapolation, guesses: Mapping[Node, Sample]
+) -> None:
+    """Set torn inputs to polynomials through the guessed end values, or through past samples alone."""
+    polynomials = {}
+    for torn in component.interface.outputs:
+        node = torn.node
+        polynomials[node] = waveform.fit((*node.samples, guesses[node]) if guesses else node.samples, time)
+    for node in component.nodes:
         for link in node.torn:
             node.inputs[:, link.targets] = polynomials[link.source][:, link.columns]
 
 
-def _ends(circuit: Circuit, x: np.ndarray, time: float, length: float, waveform: Exchange) -> dict[Node, Sample]:
-    """The guessed samples at the end of the step; the unknowns are end values, and slopes times length where a
-    waveform has them."""
-    ends, place = {}, 0
-    for node, columns, _ in circuit.unknowns:
-        n, before = columns.size, node.samples[-1]
-        values, rates = before.values.copy(), None
-        values[columns] = x[place : place + n]
-        place += n
-        if waveform.slopes and before.rates is not None:
-            rates = before.rates.copy()
-            rates[columns] = x[place : place + n] / length
-            place += n
-        ends[node] = Sample(time + length, values, rates)
-    return ends
-
-
-def _predict(circuit: Circuit, time: float, length: float, settings: Settings) -> np.ndarray:
-    """First guess of the unknowns: the parabola through the newest samples carried on. Without iteration it is what
-    the waveform makes of the past, so that the residual tells how wrong that was."""
-    fit = METHODS["quadratic"].fit if settings.method else settings.waveform.fit
-    parts = []
-    for node, columns, _ in circuit.unknowns:
-        c, ahead = fit(node.samples, time)[:, columns], powers(length)
-        parts.append(ahead.dot(c))
-        if settings.waveform.slopes:
-            parts.append(length * (ahead[:3] @ c[1:]))
-    return parts[0] if len(parts) == 1 else np.concatenate(parts)
+def _jacobian(component: WiredComponent) -> np.ndarray | None:
+    """Return the derivatives (n, n) of the residual by the unknowns, in nominals, by the chain rule along the last
+    sweep; None where a subsystem offers no directional derivatives."""
+    interface = component.interface
+    guessed, swept = interface.seeds(), dict[Node, np.ndarray]()
+    for node in component.nodes:
+        links = [(link, guessed) for link in node.torn] + [(link, swept) for link in node.forward]
+        tangent = node.subsystem.tangent(np.r_[tuple(link.targets for link, _ in links)])
+        if tangent is None:
+            return None
+        swept[node] = tangent @ np.concatenate([source[link.source][link.columns] for link, source in links])
+    through = np.concatenate([swept[torn.node][torn.columns] for torn in interface.outputs])
+    return (through * interface.scale - np.diag(interface.scale)) / interface.scale[:, None]

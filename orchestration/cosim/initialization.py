@@ -1,9 +1,8 @@
-"""Consistent outputs and rates of a loop at one instant: at the start and behind an event, where no step has linked
-them.
+"""Consistent outputs and rates of a component at one time: at the start and after an event.
 
-The unknowns are the torn outputs, and their rates where wanted. Outputs that are functions of state are consistent at
-once; those with feedthrough are iterated, whatever the method of the macro steps (IQN: an instant has no history that
-could matter)."""
+The unknowns are the torn outputs, and their rates where samples carry them. Outputs that are functions of the state
+are consistent at once; those with feedthrough are iterated, whatever the method of the macro steps.
+"""
 
 from __future__ import annotations
 
@@ -11,104 +10,88 @@ from collections.abc import Callable
 
 import numpy as np
 
-from .acceleration import METHODS, IterationHistory, solve
+from .acceleration import IterationHistory, create, solve
 from .extrapolation import Sample
-from .graph import Circuit, Columns, Node
+from .graph import WiredComponent
+from .interface import InterfaceVector
+from .node import Columns, Node
+from .settings import Coupling
 from .step_error import StepError, give_up
 
-__all__ = ["at_start", "reinitialize_after_event"]
+__all__ = ["initialize", "reinitialize_after_event"]
 
-INSTANT = 1e-9  # [s] the side of an instant that counts is the later one
+INSTANT = 1e-9  # [s] signals are evaluated this long after an event; jumps closer together than that are one
 
 
-def at_start(circuit: Circuit, time: float, tolerance: float, max_sweeps: int) -> None:
-    """Input and output values in initialisation mode. Raises CouplingError, SubsystemError."""
+def initialize(component: WiredComponent, time: float, settings: Coupling) -> None:
+    """Set consistent inputs and outputs in initialization mode, at `time` [s]. Raises CouplingError, SubsystemError."""
 
-    def visit(node: Node) -> Sample:
+    def evaluate(node: Node) -> Sample:
         return Sample(time, node.subsystem.initialise(time, node.inputs[0]), None)
 
-    _settle(circuit, time, visit, False, tolerance, max_sweeps)
+    _solve(component, time, evaluate, False, settings)
 
 
-def reinitialize_after_event(circuit: Circuit, time: float, tolerance: float, max_sweeps: int) -> None:
-    """Values and rates of the outputs at the start of a step whose signals may have jumped; they become the only
-    samples."""
+def reinitialize_after_event(component: WiredComponent, time: float, settings: Coupling) -> None:
+    """Set consistent values and rates after inputs may have jumped; they become the only samples.
 
-    def visit(node: Node) -> Sample:
+    Raises CouplingError, SubsystemError.
+    """
+
+    def evaluate(node: Node) -> Sample:
         node.subsystem.set_inputs(node.inputs)
         return node.sample(time)
 
-    _settle(circuit, time, visit, True, tolerance, max_sweeps)
-    for node in circuit.nodes:
-        node.samples = (node.now,)
+    _solve(component, time, evaluate, True, settings)
+    for node in component.nodes:
+        node.samples = (node.current,)
 
 
-def _settle(
-    circuit: Circuit, time: float, visit: Callable[[Node], Sample], rates: bool, tolerance: float, max_sweeps: int
+def _solve(
+    component: WiredComponent, time: float, evaluate: Callable[[Node], Sample], rates: bool, settings: Coupling
 ) -> None:
-    for node in circuit.nodes:
+    for node in component.nodes:
         node.inputs[1:] = 0.0
         for column, signal in node.signals:
             node.inputs[: 2 if rates else 1, column] = signal.polynomial(time, INSTANT)[: 2 if rates else 1]
         for link in node.torn:
             if link.source.samples:
-                _feed(node, link.targets, link.columns, link.source.samples[-1])
-        for link in node.given:
-            _feed(node, link.targets, link.columns, link.source.now)
+                _set_tangent(node, link.targets, link.columns, link.source.samples[-1])
+        for link in node.upstream:
+            _set_tangent(node, link.targets, link.columns, link.source.current)
 
     def sweep() -> None:
-        for node in circuit.nodes:
+        for node in component.nodes:
             for link in node.forward:
-                _feed(node, link.targets, link.columns, link.source.now)
-            node.now = visit(node)
-
-    def around(x: np.ndarray) -> np.ndarray:
-        guess = _spread(circuit, x)
-        for node in circuit.nodes:
-            for link in node.torn:
-                _feed(node, link.targets, link.columns, guess[link.source])
-        sweep()
-        return _gather(circuit)
+                _set_tangent(node, link.targets, link.columns, link.source.current)
+            node.current = evaluate(node)
 
     sweep()
-    if not circuit.unknowns:
+    torn = component.interface.outputs
+    if not torn:
         return
-    first = _gather(circuit)
-    scale = np.concatenate([np.tile(scale, 1 if node.now.rates is None else 2) for node, _, scale in circuit.unknowns])
-    trace = IterationHistory(first.size)
-    outcome = solve(around, first, scale, METHODS["iqn"](), trace, tolerance, max_sweeps)
+    interface = InterfaceVector(torn, [outputs.node.current.rates is not None for outputs in torn])
+
+    def sweep_from(x: np.ndarray) -> np.ndarray:
+        guesses = interface.unpack(x, lambda node: node.current, time, 1.0)
+        for node in component.nodes:
+            for link in node.torn:
+                _set_tangent(node, link.targets, link.columns, guesses[link.source])
+        sweep()
+        return interface.pack(lambda node: node.current, 1.0)
+
+    first = interface.pack(lambda node: node.current, 1.0)
+    history = IterationHistory(interface.size)
+    outcome = solve(
+        sweep_from, first, interface.scale, create("iqn"), history, settings.tolerance, settings.max_sweeps
+    )
     if not outcome.converged:
         cause = "the outputs of the loop at one instant do not converge"
-        raise give_up(time, 0.0, StepError(cause, outcome.residuals, trace.secants.gain))
+        raise give_up(time, 0.0, StepError(cause, outcome.residuals, history.secants.gain))
 
 
-def _feed(node: Node, targets: Columns, columns: Columns, sample: Sample) -> None:
+def _set_tangent(node: Node, targets: Columns, columns: Columns, sample: Sample) -> None:
+    """Set values of inputs, and their first derivatives where the sample has rates."""
     node.inputs[0, targets] = sample.values[columns]
     if sample.rates is not None:
         node.inputs[1, targets] = sample.rates[columns]
-
-
-def _gather(circuit: Circuit) -> np.ndarray:
-    parts = []
-    for node, columns, _ in circuit.unknowns:
-        parts.append(node.now.values[columns])
-        if node.now.rates is not None:
-            parts.append(node.now.rates[columns])
-    return np.concatenate(parts)
-
-
-def _spread(circuit: Circuit, x: np.ndarray) -> dict[Node, Sample]:
-    """The samples of the torn sources with the unknowns in their places."""
-    guess, place = {}, 0
-    for node, columns, _ in circuit.unknowns:
-        n = columns.size
-        values = node.now.values.copy()
-        values[columns] = x[place : place + n]
-        place += n
-        rates = None
-        if node.now.rates is not None:
-            rates = node.now.rates.copy()
-            rates[columns] = x[place : place + n]
-            place += n
-        guess[node] = Sample(node.now.time, values, rates)
-    return guess

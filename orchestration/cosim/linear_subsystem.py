@@ -1,7 +1,8 @@
-"""Analytic subsystem x' = A x + B u, y = C x + D u, stepped exactly under polynomial inputs.
+"""An analytic subsystem x' = A x + B u, y = C x + D u, stepped exactly under polynomial inputs.
 
-Appending the input polynomial as a chain of integrators, c_k' = c_(k+1), makes the system homogeneous: one matrix
-exponential per step length. Used to test the coupling against known answers."""
+Input polynomials are chains of integrators, c_k' = c_(k+1), appended to the state; the system is then homogeneous and
+takes one matrix exponential per step length (Van Loan 1978). Tests couple such systems, whose answers are known.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +18,19 @@ __all__ = ["Linear"]
 
 @dataclass
 class Linear:
-    """Shapes: A (n, n), B (n, n_u), C (n_y, n), D (n_y, n_u), start (n,); n may be 0 for a purely algebraic system."""
+    """A linear system with n states, n_u inputs and n_y outputs; n may be 0.
+
+    Attributes
+    ----------
+    A, B, C, D : ndarray, shapes (n, n), (n, n_u), (n_y, n), (n_y, n_u)
+        Matrices.
+    start : ndarray, shape (n,)
+        State at the start.
+    state : ndarray, shape (n,)
+        State now.
+    steps : int
+        Number of calls of step().
+    """
 
     name: str
     A: np.ndarray
@@ -31,27 +44,31 @@ class Linear:
     can_rollback: bool = True
     takes_polynomials: bool = True
     frozen: bool = False
-    state: np.ndarray = field(init=False)  # (n,)
-    steps: int = field(default=0, init=False)  # counts step(), for tests
+    state: np.ndarray = field(init=False)
+    steps: int = field(default=0, init=False)
 
     def __post_init__(self) -> None:
+        """Set the start state and inputs of zero."""
         self.state = np.array(self.start, dtype=float)
         self._u = np.zeros((4, len(self.inputs)))
         self._flows: dict[float, np.ndarray] = {}
 
     def initialise(self, time: float, values: np.ndarray) -> np.ndarray:
+        """Return the outputs (n_y,) of the start state for input values (n_u,)."""
         self.state = np.array(self.start, dtype=float)
         self._u[:] = 0.0
         self._u[0] = values
         return self.values()
 
     def begin(self) -> None:
-        pass
+        """End initialization."""
 
     def set_inputs(self, polynomials: np.ndarray) -> None:
+        """Set the inputs (4, n_u)."""
         self._u[:] = polynomials
 
     def step(self, time: float, length: float) -> None:
+        """Advance state and inputs by `length` [s]."""
         self.steps += 1
         flow = self._flow(length)
         z = flow @ np.concatenate([self.state, self._u.ravel()])
@@ -61,25 +78,30 @@ class Linear:
         self._u[1:] = z[n + len(self.inputs) :].reshape(3, -1)
 
     def values(self) -> np.ndarray:
+        """Return the outputs (n_y,)."""
         return self.C @ self.state + self.D @ self._u[0]
 
     def rates(self) -> np.ndarray:
+        """Return the time derivatives (n_y,) of the outputs."""
         return self.C @ (self.A @ self.state + self.B @ self._u[0]) + self.D @ self._u[1]
 
     def tangent(self, columns: np.ndarray) -> np.ndarray:
+        """Return the columns of D."""
         return self.D[:, columns]
 
     def save(self, into: object = None) -> tuple[np.ndarray, np.ndarray]:
+        """Return copies of state and inputs."""
         return self.state.copy(), self._u.copy()
 
     def restore(self, state: tuple[np.ndarray, np.ndarray]) -> None:
+        """Return to saved state and inputs."""
         self.state, self._u = state[0].copy(), state[1].copy()
 
     def free(self, state: object) -> None:
-        pass
+        """Do nothing."""
 
     def close(self) -> None:
-        pass
+        """Do nothing."""
 
     def _flow(self, length: float) -> np.ndarray:
         if length not in self._flows:

@@ -1,10 +1,13 @@
-"""Inputs as functions of time: constant, steps, ramps, sine, half-sine impulse, pulses. Values are in the variable's
-own unit, times in s.
+"""Inputs as functions of time: constant, steps, ramps, sine, half-sine impulse, pulses.
 
-polynomial(t, h) gives (c0, c1, c2, c3) of u(t+s) = c0 + c1 s + c2 s^2/2 + c3 s^3/6 over a macro step that crosses no
-break: exact for constant, steps and ramps. For sines it is the cubic that has their end values, mean and first moment
-over the step: off by (omega h)^4/1920 of the amplitude, and what integrates it, such as a body that is hit, sees the
-whole impulse, however short a blow is against the step."""
+Values are in the variable's own unit, times in s. polynomial(t, h) returns (c0, c1, c2, c3) of
+
+    u(t + s) = c0 + c1 s + c2 s^2/2 + c3 s^3/6
+
+over a macro step without a break inside. It is exact for constants, steps and ramps. For sines it is the cubic with
+their end values, mean and first moment over the step. Its error is (omega h)^4/1920 of the amplitude, and what
+integrates it, such as a body that is hit, receives the whole impulse, however short that is compared with the step.
+"""
 
 from __future__ import annotations
 
@@ -20,67 +23,80 @@ Polynomial = tuple[float, float, float, float]
 
 
 class Signal(Protocol):
+    """A function of time."""
+
     @property
     def breaks(self) -> tuple[float, ...]:
-        """Times at which the value or its slope jumps."""
+        """Times at which the value or its slope jumps [s]."""
 
     @property
     def extremes(self) -> tuple[float, ...]:
         """Values that bound the signal."""
 
-    def polynomial(self, t: float, h: float) -> Polynomial: ...
+    def polynomial(self, t: float, h: float) -> Polynomial:
+        """Return the coefficients for a step from t of h [s]."""
 
 
 @dataclass(frozen=True)
 class Constant:
+    """One value for all times."""
+
     value: float
 
     breaks = ()
 
     @property
     def extremes(self) -> tuple[float, ...]:
+        """Values that bound the signal."""
         return (self.value,)
 
     def polynomial(self, t: float, h: float) -> Polynomial:
+        """Return the coefficients for a step from t of h [s]."""
         return (self.value, 0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
 class Steps:
-    """values[k] holds from times[k] on; before times[0] values[0] holds too."""
+    """Piecewise constant: values[k] from times[k] [s] on, values[0] also before times[0]."""
 
     times: tuple[float, ...]
     values: tuple[float, ...]
 
     @property
     def breaks(self) -> tuple[float, ...]:
+        """Times at which the value or its slope jumps [s]."""
         return self.times[1:]
 
     @property
     def extremes(self) -> tuple[float, ...]:
+        """Values that bound the signal."""
         return self.values
 
     def polynomial(self, t: float, h: float) -> Polynomial:
-        # The middle of the step decides, so a start that misses a break by rounding does no harm.
+        """Return the coefficients for a step from t of h [s]."""
+        # The middle of the step decides, so that rounding of its start does no harm.
         return (self.values[max(bisect_right(self.times, t + 0.5 * h) - 1, 0)], 0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
 class Ramps:
-    """Straight lines between (times[k], values[k]); held before the first and after the last."""
+    """Straight lines between (times[k] [s], values[k]); constant before the first and after the last."""
 
     times: tuple[float, ...]
     values: tuple[float, ...]
 
     @property
     def breaks(self) -> tuple[float, ...]:
+        """Times at which the value or its slope jumps [s]."""
         return self.times
 
     @property
     def extremes(self) -> tuple[float, ...]:
+        """Values that bound the signal."""
         return self.values
 
     def polynomial(self, t: float, h: float) -> Polynomial:
+        """Return the coefficients for a step from t of h [s]."""
         k = bisect_right(self.times, t + 0.5 * h)
         if k == 0 or k == len(self.times):
             return (self.values[0 if k == 0 else -1], 0.0, 0.0, 0.0)
@@ -90,40 +106,45 @@ class Ramps:
 
 @dataclass(frozen=True)
 class Sine:
-    """offset + amplitude sin(2 pi t/period + phase)"""
+    """A sine: offset + amplitude sin(2 pi t/period + phase), with period [s] and phase [rad]."""
 
     offset: float
     amplitude: float
-    period: float  # [s]
-    phase: float = 0.0  # [rad]
+    period: float
+    phase: float = 0.0
 
     breaks = ()
 
     @property
     def extremes(self) -> tuple[float, ...]:
+        """Values that bound the signal."""
         return (self.offset - abs(self.amplitude), self.offset + abs(self.amplitude))
 
     def polynomial(self, t: float, h: float) -> Polynomial:
+        """Return the coefficients for a step from t of h [s]."""
         return _sinusoid(self.offset, self.amplitude, 2.0 * math.pi / self.period, self.phase, t, h)
 
 
 @dataclass(frozen=True)
 class Impulse:
-    """Half a sine wave, peak sin(pi (t - start)/width) for start < t < start + width; 0 outside."""
+    """Half a sine wave: peak sin(pi (t - start)/width) for start < t < start + width [s], 0 outside."""
 
     peak: float
-    width: float  # [s]
-    start: float = 0.0  # [s]
+    width: float
+    start: float = 0.0
 
     @property
     def breaks(self) -> tuple[float, ...]:
+        """Times at which the value or its slope jumps [s]."""
         return (self.start, self.start + self.width)
 
     @property
     def extremes(self) -> tuple[float, ...]:
+        """Values that bound the signal."""
         return (0.0, self.peak)
 
     def polynomial(self, t: float, h: float) -> Polynomial:
+        """Return the coefficients for a step from t of h [s]."""
         if not self.start < t + 0.5 * h < self.start + self.width:
             return (0.0, 0.0, 0.0, 0.0)
         rate = math.pi / self.width
@@ -131,17 +152,20 @@ class Impulse:
 
 
 def pulses(low: float, high: float, width: float, period: float, count: int, start: float = 0.0) -> Steps:
-    """A train of `count` rectangular pulses, `high` for `width` [s] once every `period` [s] from `start` [s] on."""
+    """Return a train of `count` rectangular pulses: `high` for `width` [s], every `period` [s] from `start` [s] on."""
     times = [start + k * period + edge for k in range(count) for edge in (0.0, width)]
     values = [high, low] * count
     return Steps(tuple(times), tuple(values)) if start <= 0.0 else Steps((0.0, *times), (low, *values))
 
 
 def _sinusoid(offset: float, amplitude: float, rate: float, phase: float, t: float, h: float) -> Polynomial:
-    """Of offset + amplitude sin(rate t + phase), in Legendre polynomials P_n of xi in (-1, 1) over the step. With x =
-    rate h/2 and the phase p in the middle it is amplitude (sin p cos(x xi) + cos p sin(x xi)), whose mean is j0 sin p
-    and whose share of P_1, the first moment, 3 j1 cos p with the spherical Bessel functions j_n(x). P_2 and P_3 are
-    left to meet the end values, for which cos x - j0 = -x j1 and sin x - 3 j1 = -x j2."""
+    """Return the cubic for offset + amplitude sin(rate t + phase).
+
+    In Legendre polynomials P_n of xi in (-1, 1) over the step. With x = rate h/2 and the phase p in the middle the
+    signal is amplitude (sin p cos(x xi) + cos p sin(x xi)). Its mean is j0 sin p and its share of P_1, the first
+    moment, is 3 j1 cos p, with the spherical Bessel functions j_n(x). P_2 and P_3 are chosen to meet the end values,
+    for which cos x - j0 = -x j1 and sin x - 3 j1 = -x j2.
+    """
     x = 0.5 * rate * h
     middle = rate * t + phase + x
     even, odd = amplitude * math.sin(middle), amplitude * math.cos(middle)
@@ -156,9 +180,9 @@ def _sinusoid(offset: float, amplitude: float, rate: float, phase: float, t: flo
     )
 
 
-@lru_cache(maxsize=256)  # steps of one length ask again and again
+@lru_cache(maxsize=256)  # steps of one length ask for it again and again
 def _bessel(x: float) -> tuple[float, float]:
-    """The spherical Bessel functions j1 and j2, to rounding also for small x, where their closed forms cancel."""
+    """Return the spherical Bessel functions j1 and j2; series for small x, where their closed forms cancel."""
     if abs(x) > 1.0:
         j0 = math.sin(x) / x
         j1 = (j0 - math.cos(x)) / x

@@ -1,4 +1,4 @@
-"""A macro step that did not succeed, and the error that ends a run when retrying does not help."""
+"""A macro step that failed, and the error that ends a run when retrying does not help."""
 
 from __future__ import annotations
 
@@ -10,8 +10,21 @@ __all__ = ["StepError", "give_up"]
 
 
 class StepError(Exception):
-    """gain: estimated loop gain, nan if unknown; reached: time to which a subsystem came that asked for a smaller step
-    [s]; remedy: where the gain suggests none."""
+    """A macro step failed; it may succeed with a shorter length.
+
+    Attributes
+    ----------
+    cause : str
+        What happened.
+    residuals : tuple of float
+        Residual norm after each sweep, in units of the nominals.
+    gain : float
+        Estimated loop gain; nan if unknown.
+    reached : float or None
+        Time that a subsystem reached which asked for a smaller step [s].
+    remedy : str
+        Advice where the gain suggests none.
+    """
 
     def __init__(
         self,
@@ -26,7 +39,7 @@ class StepError(Exception):
 
 
 def give_up(time: float, step: float, failure: StepError) -> CouplingError:
-    """With the remedy that the loop gain suggests."""
+    """Return the error that ends a run at `time` [s] with a last tried `step` [s], with the remedy its gain suggests."""
     gain = failure.gain
     if gain >= 1.0:
         remedy = (

@@ -1,4 +1,4 @@
-"""From the start to the stop time: events hit exactly, failed steps halved and retried, then a clear end."""
+"""From the start to the stop time: events are hit exactly, failed steps are halved and retried."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from .step_error import StepError, give_up
 __all__ = ["drive"]
 
 TIME_RTOL = 1e-9  # share of a step below which two times are the same
-SHORTER = 0.9  # share of a step that failed from which on a try again would be much the same, without end
+RETRY_RATIO = 0.9  # largest ratio of a retried step to the failed one; closer to 1 it would fail again, without end
 
 
 def drive(
@@ -24,32 +24,51 @@ def drive(
     progress: Callable[[float], None] = lambda time: None,
     marks: Iterable[float] = (),
 ) -> Iterator[StepLog]:
-    """Yields the log of every accepted macro step. breaks: times [s] at which an input jumps or bends; marks: at which
-    steps end without an event. The master is initialised. Raises CouplingError, SubsystemError; what was yielded
-    before stays valid."""
+    """Yield the log of every accepted macro step; what was yielded stays valid after an error.
+
+    Parameters
+    ----------
+    master : Master
+        Initialised.
+    control : Control
+        Chooses lengths of steps.
+    start, stop : float
+        Times [s].
+    breaks : iterable of float
+        Times [s] at which an input or its slope jumps.
+    progress : callable
+        Receives the time [s] after every step.
+    marks : iterable of float
+        Times [s] at which steps end, without an event.
+
+    Raises
+    ------
+    CouplingError, SubsystemError
+        Where halving a step does not help.
+    """
     time, wish, cap = start, control.step, math.inf
     least = control.step * 0.5**master.settings.halvings
     events = {t for t in breaks if start < t < stop}
     near = TIME_RTOL * control.step
     marks = {t for t in marks if start < t < stop and all(abs(t - event) > near for event in events)}
-    for place in sorted(events | marks | {stop}):
+    for target in sorted(events | marks | {stop}):
         if time in events:
             master.arrive(time)
-        while time < place:
-            remaining = place - time
+        while time < target:
+            remaining = target - time
             length = remaining / max(1, math.ceil(remaining / min(wish, cap) - TIME_RTOL))
             try:
-                taken = control.attempt(master, time, length)
+                result = control.attempt(master, time, length)
             except StepError as failure:
                 cap = _shorter(time, length, failure.reached, least)
                 if cap < least * (1.0 - TIME_RTOL):
                     raise give_up(time, length, failure) from failure
                 continue
-            wish = taken.following
-            if taken.steps:
-                *earlier, last = taken.steps
-                if last.time != place and abs(place - last.time) <= TIME_RTOL * length:
-                    last = last._replace(time=place)
+            wish = result.next_length
+            if result.steps:
+                *earlier, last = result.steps
+                if last.time != target and abs(target - last.time) <= TIME_RTOL * length:
+                    last = last._replace(time=target)
                 yield from (*earlier, last)
                 cap *= 2.0
                 time = last.time
@@ -57,6 +76,6 @@ def drive(
 
 
 def _shorter(time: float, length: float, reached: float | None, least: float) -> float:
-    """As far as a subsystem came, if that is worth a step and short enough to be another one, else half."""
+    """Return the length [s] to retry with: as far as a subsystem came if that is a useful step, else half."""
     came = 0.0 if reached is None else reached - time
-    return came if least <= came <= SHORTER * length else 0.5 * length
+    return came if least <= came <= RETRY_RATIO * length else 0.5 * length

@@ -1,8 +1,9 @@
-"""Solving x = G(x) for the interface vector x, where one G is one sweep over the subsystems of a loop.
+"""Acceleration of the fixed-point iteration of a loop: x = G(x), with the residual r = G(x) - x of a sweep G.
 
-Every method is a small frozen value with one function, update(trace) -> change of x. This file drives them and
-decides when to stop: on the estimated true error e = (I - S)^-1 r of the guess and e - r of what the sweep gave, not
-on the residual, which for a loop gain -g is g + 1 times the error."""
+Every method is a small frozen value with one function, update(history) -> change of x. solve() drives them and stops on
+the estimated true error e = (I - S)^-1 r of the guess, S = dG/dx, and e - r of what the sweep gave, not on the residual,
+which for a loop gain -g is g + 1 times the error.
+"""
 
 from __future__ import annotations
 
@@ -14,32 +15,50 @@ import numpy as np
 
 from .aitken import Aitken
 from .broyden import Broyden
-from .fixed_point import Plain
-from .history import IterationHistory, Method
-from .newton import Newton, Tangent
-from .quasi_newton import IQN
-from .relaxation import Relaxed
+from .fixed_point import FixedPoint
+from .history import IterationHistory, Method, no_jacobian
+from .newton import FiniteDifferenceNewton, TangentNewton
+from .quasi_newton import QuasiNewton
+from .relaxation import Relaxation
 from .secants import Secants, norm, spectral_radius
 
-__all__ = ["METHODS", "IterationHistory", "Method", "Outcome", "Secants", "norm", "solve", "spectral_radius"]
+__all__ = ["METHODS", "IterationHistory", "Method", "Outcome", "Secants", "create", "norm", "solve", "spectral_radius"]
 
-METHODS: dict[str, type] = {
-    "plain": Plain,
-    "relaxed": Relaxed,
-    "aitken": Aitken,
-    "iqn": IQN,
-    "broyden": Broyden,
-    "newton": Newton,
-    "tangent": Tangent,
+RELAXED: dict[str, Callable[[float], Method]] = {"relaxed": Relaxation, "aitken": Aitken, "broyden": Broyden}
+UNRELAXED: dict[str, Callable[[], Method]] = {
+    "plain": FixedPoint,
+    "iqn": QuasiNewton,
+    "newton": FiniteDifferenceNewton,
+    "tangent": TangentNewton,
 }
+METHODS = ("plain", "relaxed", "aitken", "iqn", "broyden", "newton", "tangent")  # words of a scene
 
-BLIND = 1e-3  # share of the tolerance that a residual must meet before any secant tells the loop's gain
+BLIND_SHARE = 1e-3  # share of the tolerance that a residual must meet before a secant has shown the loop's gain
+NOISE_SHARE = 0.01  # share of the tolerance below which differences of guesses are noise of the subsystems' solvers
+
+
+def create(name: str, omega: float | None = None) -> Method:
+    """Return the method of that name; omega: relaxation where it has one, None for its own default."""
+    if name in UNRELAXED:
+        return UNRELAXED[name]()
+    return RELAXED[name]() if omega is None else RELAXED[name](omega)
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """x: the last guess, which the subsystems now hold; error: estimated Euclidean norm of its error, in units of the
-    nominals, as the residuals are."""
+    """Result of solve().
+
+    Attributes
+    ----------
+    x : ndarray, shape (n,)
+        The last guess, whose sweep the subsystems have done.
+    converged : bool
+        Whether the estimated error is within the tolerance.
+    error : float
+        Estimated Euclidean norm of the error of x, in units of the nominals.
+    residuals : tuple of float
+        Norm of the residual after each sweep, in units of the nominals.
+    """
 
     x: np.ndarray
     converged: bool
@@ -52,30 +71,49 @@ def solve(
     x: np.ndarray,
     scale: np.ndarray,
     method: Method,
-    trace: IterationHistory,
+    history: IterationHistory,
     tolerance: float,
-    limit: int,
+    max_sweeps: int,
+    jacobian: Callable[[], np.ndarray | None] = no_jacobian,
 ) -> Outcome:
-    """Iterates from x (n,) until the estimated error is within tolerance * scale, for at most `limit` sweeps."""
-    trace.renew()
+    """Iterate until the estimated error is within tolerance * scale.
+
+    Parameters
+    ----------
+    sweep : callable
+        The map G, (n,) -> (n,).
+    x, scale : ndarray, shape (n,)
+        First guess and nominals of the unknowns.
+    method : Method
+        Acceleration.
+    history : IterationHistory
+        Kept from step to step.
+    tolerance : float
+        Share of the nominals.
+    max_sweeps : int
+        Limit of the number of sweeps.
+    jacobian : callable
+        Returns dr/dx (n, n) in units of the nominals at the end of the last sweep, or None.
+    """
+    history.start_step(jacobian)
     residuals: list[float] = []
     while True:
         r = (sweep(x) - x) / scale
         residuals.append(norm(r))
         if not residuals[-1] < math.inf:  # nan or infinite
             return Outcome(x, False, math.inf, tuple(residuals))
-        trace.x.append(x / scale)
-        trace.r.append(r)
-        secants = trace.secants
+        history.x.append(x / scale)
+        history.r.append(r)
+        secants = history.secants
         if len(residuals) > 1:
-            dx = trace.x[-1] - trace.x[-2]
-            if norm(dx) > 0.01 * tolerance:  # smaller differences are noise of the subsystems' solvers
-                secants.add(dx, r - trace.r[-2])
-        trace.split = secants.split(r)
-        e = trace.split[0] + trace.split[1]
+            dx = history.x[-1] - history.x[-2]
+            if norm(dx) > NOISE_SHARE * tolerance:
+                secants.add(dx, r - history.r[-2])
+        history.split = secants.split(r)
+        e = history.split[0] + history.split[1]
         error = max(norm(e), norm(e - r))
-        if error <= (tolerance if secants.columns else BLIND * tolerance):
+        if error <= (tolerance if secants.columns else BLIND_SHARE * tolerance):
             return Outcome(x, True, error, tuple(residuals))
-        if len(residuals) >= limit:
+        if len(residuals) >= max_sweeps:
             return Outcome(x, False, error, tuple(residuals))
-        x = x + scale * method.update(trace)
+        x = x + scale * method.update(history)

@@ -1,5 +1,8 @@
-"""Aitken's relaxation: omega_k = -dx.dr/|dr|^2 with the last changes dx = omega_(k-1) r_(k-1) of the guess and dr of
-the residual. Exact third sweep for one linear loop."""
+"""Aitken's relaxation: omega_k = -dx.dr/|dr|^2.
+
+dx = omega_(k-1) r_(k-1) is the last change of the guess, dr that of the residual. One linear unknown is exact in the
+third sweep (Irons and Tuck 1969).
+"""
 
 from __future__ import annotations
 
@@ -14,11 +17,14 @@ __all__ = ["Aitken"]
 
 @dataclass(frozen=True)
 class Aitken:
-    omega: float = 0.5  # of the first update of a run; later steps start from the last omega of the step before
+    """Aitken's relaxation. `omega` is that of a run's first update; later steps start from the last one before."""
 
-    def update(self, trace: IterationHistory) -> np.ndarray:
-        r = trace.r[-1]
-        if len(trace.r) > 1:
-            dx, dr = trace.x[-1] - trace.x[-2], r - trace.r[-2]
-            trace.memory = -(dx @ dr) / (dr @ dr)
-        return first_step(self.omega, r) if trace.memory is None else trace.memory * r
+    omega: float = 0.5
+
+    def update(self, history: IterationHistory) -> np.ndarray:
+        """Return the relaxed residual (n,)."""
+        r = history.r[-1]
+        if len(history.r) > 1:
+            dx, dr = history.x[-1] - history.x[-2], r - history.r[-2]
+            history.memory = -(dx @ dr) / (dr @ dr)
+        return first_step(self.omega, r) if history.memory is None else history.memory * r

@@ -1,5 +1,7 @@
-"""Broyden's good method: the rank-1 change of J = dr/dx that the last sweep asks for; J is kept from step to step. The
-first J of a run is a multiple of I, its size what the first two sweeps tell."""
+"""Broyden's good method: a rank-1 update of J = dr/dx after each sweep (Broyden 1965).
+
+J is kept from step to step. The first J of a run is a multiple of I with the size that the first two sweeps show.
+"""
 
 from __future__ import annotations
 
@@ -14,16 +16,19 @@ __all__ = ["Broyden"]
 
 @dataclass(frozen=True)
 class Broyden:
-    omega: float = 0.25  # of the first update of a run
+    """Broyden's good method. `omega` relaxes a run's first update."""
 
-    def update(self, trace: IterationHistory) -> np.ndarray:
-        r, jacobian = trace.r[-1], trace.memory
-        if len(trace.r) > 1:
-            dx, dr = trace.x[-1] - trace.x[-2], r - trace.r[-2]
+    omega: float = 0.25
+
+    def update(self, history: IterationHistory) -> np.ndarray:
+        """Return the quasi-Newton step (n,). Raises LinAlgError."""
+        r, jacobian = history.r[-1], history.memory
+        if len(history.r) > 1:
+            dx, dr = history.x[-1] - history.x[-2], r - history.r[-2]
             if jacobian is None:
                 jacobian = np.eye(r.size) * (dr @ dx) / (dx @ dx)
             jacobian = jacobian + np.outer(dr - jacobian @ dx, dx) / (dx @ dx)
         elif jacobian is None:
             return first_step(self.omega, r)
-        trace.memory = jacobian
+        history.memory = jacobian
         return np.linalg.solve(jacobian, -r)

@@ -1,4 +1,4 @@
-"""Fixed point: x+ = G(x). Converges where the spectral radius of the loop is below 1."""
+"""Fixed-point iteration: x+ = G(x). It converges where the spectral radius of the loop is below 1."""
 
 from __future__ import annotations
 
@@ -8,10 +8,13 @@ import numpy as np
 
 from .history import IterationHistory
 
-__all__ = ["Plain"]
+__all__ = ["FixedPoint"]
 
 
 @dataclass(frozen=True)
-class Plain:
-    def update(self, trace: IterationHistory) -> np.ndarray:
-        return trace.r[-1]
+class FixedPoint:
+    """Plain iteration."""
+
+    def update(self, history: IterationHistory) -> np.ndarray:
+        """Return the residual (n,)."""
+        return history.r[-1]

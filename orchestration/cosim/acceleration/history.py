@@ -1,5 +1,4 @@
-"""What an iteration method may look at: the guesses and residuals of this macro step, and what it keeps between
-steps."""
+"""What an acceleration method knows: guesses and residuals of the macro step, and what it keeps between steps."""
 
 from __future__ import annotations
 
@@ -10,36 +9,57 @@ import numpy as np
 
 from .secants import Secants, norm
 
-__all__ = ["MAX_BLIND_STEP", "IterationHistory", "Method", "first_step"]
+__all__ = ["MAX_BLIND_STEP", "IterationHistory", "Method", "first_step", "no_jacobian"]
 
-MAX_BLIND_STEP = (
-    0.02  # longest step into the unknown, in nominals: just long enough to learn from, since the gain may be anything
-)
+# Step limit in directions without secant information, in nominals: just long enough to learn from, since the gain of
+# the loop may be anything.
+MAX_BLIND_STEP = 0.02
+
+
+def no_jacobian() -> None:
+    """Return None: the Jacobian is not known."""
 
 
 class IterationHistory:
-    """x, r: guesses and residuals (n,) of the present macro step, in units of the nominals."""
+    """Iterates of a loop with n unknowns, in units of the nominals.
+
+    Attributes
+    ----------
+    x, r : list of ndarray, shape (n,)
+        Guesses and residuals of the present macro step.
+    secants : Secants
+        Kept over macro steps.
+    split : tuple of ndarray, shape (n,)
+        secants.split() of the newest residual.
+    memory : Any
+        What the method itself keeps over macro steps.
+    jacobian : callable
+        Returns dr/dx (n, n) at the end of the last sweep, or None where it is not known.
+    """
 
     def __init__(self, n: int) -> None:
         self.x: list[np.ndarray] = []
         self.r: list[np.ndarray] = []
         self.secants = Secants(n)
-        self.split: tuple[np.ndarray, np.ndarray] = (np.zeros(n), np.zeros(n))  # secants.split of the newest residual
-        self.memory: Any = None  # the method's own, kept over macro steps
-        self.tangent: Callable[[], np.ndarray | None] = lambda: None  # dr/dx (n, n) where the last sweep left the loop
+        self.split: tuple[np.ndarray, np.ndarray] = (np.zeros(n), np.zeros(n))
+        self.memory: Any = None
+        self.jacobian: Callable[[], np.ndarray | None] = no_jacobian
 
-    def renew(self) -> None:
-        """A new macro step: its residuals cannot be compared with those of the one before."""
+    def start_step(self, jacobian: Callable[[], np.ndarray | None]) -> None:
+        """Begin a macro step: residuals of the one before cannot be compared with its own."""
         self.x.clear()
         self.r.clear()
+        self.jacobian = jacobian
 
 
 class Method(Protocol):
-    def update(self, trace: IterationHistory) -> np.ndarray:
-        """The change (n,) of the guess after the newest residual, in units of the nominals."""
+    """An acceleration method."""
+
+    def update(self, history: IterationHistory) -> np.ndarray:
+        """Return the change (n,) of the guess after the newest residual, in units of the nominals."""
 
 
 def first_step(omega: float, r: np.ndarray) -> np.ndarray:
-    """omega r, where nothing is known of the loop no longer than MAX_BLIND_STEP."""
+    """Return omega r, no longer than MAX_BLIND_STEP: nothing is known of the loop yet."""
     length = omega * norm(r)
     return omega * r * min(1.0, MAX_BLIND_STEP / length if length else 1.0)

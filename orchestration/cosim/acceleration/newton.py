@@ -1,5 +1,8 @@
-"""Newton with an interface Jacobian that is kept from step to step and renewed when it contracts too little: formed
-from n perturbed sweeps, or taken from the subsystems' own tangents, which cost no sweep."""
+"""Newton's method with an interface Jacobian that is kept from step to step and renewed when it contracts too little.
+
+The Jacobian is formed from n perturbed sweeps (FiniteDifferenceNewton), or from the subsystems' directional
+derivatives, which cost no sweep (TangentNewton).
+"""
 
 from __future__ import annotations
 
@@ -9,12 +12,14 @@ import numpy as np
 
 from .history import IterationHistory
 
-__all__ = ["Newton", "Tangent"]
+__all__ = ["FiniteDifferenceNewton", "TangentNewton"]
+
+TANGENT_CONTRACTION = 0.5  # residual ratio above which directional derivatives are not those of the loop
 
 
 @dataclass
-class _Probe:
-    """Where the forming of a Jacobian stands."""
+class _Differences:
+    """State of a Jacobian that is being formed: where it started, and the columns so far."""
 
     x: np.ndarray
     r: np.ndarray
@@ -23,62 +28,88 @@ class _Probe:
 
 @dataclass
 class _Memory:
+    """What is kept over macro steps.
+
+    Attributes
+    ----------
+    last : float
+        Norm of the residual before the last update.
+    trusts_tangents : bool
+        Whether the subsystems' directional derivatives are used.
+    is_tangent : bool
+        Whether the Jacobian was taken from them at the guess before.
+    """
+
     jacobian: np.ndarray | None = None
-    probe: _Probe | None = None
-    last: float = np.inf  # norm of the residual before the last update
-    tangents: bool = True  # whether those of the subsystems are to be trusted
-    is_tangent: bool = False  # the Jacobian was taken at the guess before
+    differences: _Differences | None = None
+    last: float = np.inf
+    trusts_tangents: bool = True
+    is_tangent: bool = False
 
 
 @dataclass(frozen=True)
-class Newton:
-    step: float = 1e-5  # perturbation, in units of the nominals
-    contraction: float = 0.1  # a Jacobian that reduces the residual by less is renewed
+class FiniteDifferenceNewton:
+    """Newton's method with differences.
 
-    def update(self, trace: IterationHistory) -> np.ndarray:
-        x, r = trace.x[-1], trace.r[-1]
-        memory = trace.memory = trace.memory or _Memory()
-        if len(trace.r) == 1:  # a new macro step: the Jacobian stays, all else is of the step before
-            memory.probe, memory.last, memory.is_tangent = None, np.inf, False
-        if memory.probe is not None:
-            return self._probed(memory, memory.probe, x, r)
+    Attributes
+    ----------
+    step : float
+        Perturbation, in units of the nominals.
+    contraction : float
+        Ratio of residuals above which the Jacobian is renewed.
+    """
+
+    step: float = 1e-5
+    contraction: float = 0.1
+
+    def update(self, history: IterationHistory) -> np.ndarray:
+        """Return the Newton step (n,), or the next perturbation. Raises LinAlgError."""
+        x, r = history.x[-1], history.r[-1]
+        memory = history.memory = history.memory or _Memory()
+        if len(history.r) == 1:  # a new macro step: only the Jacobian is kept
+            memory.differences, memory.last, memory.is_tangent = None, np.inf, False
+        if memory.differences is not None:
+            return self._next_difference(memory, memory.differences, x, r)
         norm = np.abs(r).max()
         if memory.jacobian is None or norm > self.contraction * memory.last:
-            jacobian = self._tangent(trace, memory, norm)
+            jacobian = self._tangent(history, memory, norm)
             if jacobian is None:
-                memory.probe = _Probe(x, r)
-                return self._perturbed(memory.probe, x)
+                memory.differences = _Differences(x, r)
+                return self._perturbation(memory.differences, x)
             memory.jacobian = jacobian
         memory.last = norm
         return np.linalg.solve(memory.jacobian, -r)
 
-    def _tangent(self, trace: IterationHistory, memory: _Memory, norm: float) -> np.ndarray | None:
-        """dr/dx (n, n) at the present guess without a sweep; None: not known."""
+    def _tangent(self, history: IterationHistory, memory: _Memory, norm: float) -> np.ndarray | None:
+        """Return dr/dx (n, n) at the present guess without a sweep; None where it is not known."""
         return None
 
-    def _perturbed(self, probe: _Probe, x: np.ndarray) -> np.ndarray:
-        target = probe.x.copy()
-        target[len(probe.columns)] += self.step
+    def _perturbation(self, differences: _Differences, x: np.ndarray) -> np.ndarray:
+        target = differences.x.copy()
+        target[len(differences.columns)] += self.step
         return target - x
 
-    def _probed(self, memory: _Memory, probe: _Probe, x: np.ndarray, r: np.ndarray) -> np.ndarray:
-        probe.columns.append((r - probe.r) / self.step)
-        if len(probe.columns) < x.size:
-            return self._perturbed(probe, x)
-        memory.jacobian = np.array(probe.columns).T
-        memory.probe, memory.last = None, np.abs(probe.r).max()
-        return probe.x + np.linalg.solve(memory.jacobian, -probe.r) - x
+    def _next_difference(self, memory: _Memory, differences: _Differences, x: np.ndarray, r: np.ndarray) -> np.ndarray:
+        differences.columns.append((r - differences.r) / self.step)
+        if len(differences.columns) < x.size:
+            return self._perturbation(differences, x)
+        memory.jacobian = np.array(differences.columns).T
+        memory.differences, memory.last = None, np.abs(differences.r).max()
+        return differences.x + np.linalg.solve(memory.jacobian, -differences.r) - x
 
 
 @dataclass(frozen=True)
-class Tangent(Newton):
-    """Directional derivatives belong to an instant: they are those of a whole step where outputs follow inputs at once,
-    as a quasi-static rod's do. A Jacobian of them that does not even halve the residual is of a loop with a past, where
-    perturbed sweeps take over for good."""
+class TangentNewton(FiniteDifferenceNewton):
+    """Newton's method with directional derivatives.
 
-    def _tangent(self, trace: IterationHistory, memory: _Memory, norm: float) -> np.ndarray | None:
-        if memory.is_tangent and norm > 0.5 * memory.last:
-            memory.tangents = False
-        found = trace.tangent() if memory.tangents else None
-        memory.is_tangent = found is not None
-        return found
+    They belong to an instant. They are those of a whole step where outputs follow inputs at once, as a quasi-static
+    rod's do. Where a Jacobian of them does not even halve the residual, the loop has dynamic states, and differences
+    are used from then on.
+    """
+
+    def _tangent(self, history: IterationHistory, memory: _Memory, norm: float) -> np.ndarray | None:
+        if memory.is_tangent and norm > TANGENT_CONTRACTION * memory.last:
+            memory.trusts_tangents = False
+        jacobian = history.jacobian() if memory.trusts_tangents else None
+        memory.is_tangent = jacobian is not None
+        return jacobian

@@ -1,7 +1,9 @@
-"""IQN-ILS, the same as Anderson acceleration of depth n: the secant step over at most n filtered columns kept from
-macro step to macro step (secants.py), and a short plain step in the directions of which no column tells anything
-yet, no longer than the secant step or MAX_BLIND_STEP. At most n + 1 updates for a linear loop,
-one where the columns of earlier steps still hold."""
+"""IQN-ILS, the same as Anderson acceleration of depth n (Degroote 2009, Walker and Ni 2011).
+
+The secant step over at most n filtered columns, kept from macro step to macro step (secants.py), plus a short fixed
+point step in the directions that no column covers, no longer than the secant step or MAX_BLIND_STEP. A linear loop
+takes at most n + 1 updates, one where the columns of earlier steps still hold.
+"""
 
 from __future__ import annotations
 
@@ -12,12 +14,15 @@ import numpy as np
 from .history import MAX_BLIND_STEP, IterationHistory
 from .secants import norm
 
-__all__ = ["IQN"]
+__all__ = ["QuasiNewton"]
 
 
 @dataclass(frozen=True)
-class IQN:
-    def update(self, trace: IterationHistory) -> np.ndarray:
-        secant, rest = trace.split
+class QuasiNewton:
+    """IQN-ILS with columns of earlier macro steps."""
+
+    def update(self, history: IterationHistory) -> np.ndarray:
+        """Return the quasi-Newton step (n,)."""
+        secant, rest = history.split
         length, known = norm(rest), norm(secant)
         return secant + min(1.0, max(MAX_BLIND_STEP, known) / length if length else 1.0) * rest

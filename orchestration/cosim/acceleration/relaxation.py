@@ -1,4 +1,4 @@
-"""Constant relaxation: x+ = x + omega r. For one loop gain -g it converges where 0 < omega < 2/(1+g), best 1/(1+g)."""
+"""Constant relaxation: x+ = x + omega r. For a loop gain -g it converges for 0 < omega < 2/(1+g), best 1/(1+g)."""
 
 from __future__ import annotations
 
@@ -8,12 +8,15 @@ import numpy as np
 
 from .history import IterationHistory
 
-__all__ = ["Relaxed"]
+__all__ = ["Relaxation"]
 
 
 @dataclass(frozen=True)
-class Relaxed:
+class Relaxation:
+    """Constant relaxation by `omega`."""
+
     omega: float = 0.5
 
-    def update(self, trace: IterationHistory) -> np.ndarray:
-        return self.omega * trace.r[-1]
+    def update(self, history: IterationHistory) -> np.ndarray:
+        """Return the relaxed residual (n,)."""
+        return self.omega * history.r[-1]

@@ -1,0 +1,128 @@
+"""A subsystem in the coupling graph: its wiring as index arrays, its input polynomials and the samples of its outputs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+
+from .extrapolation import NOTHING, Extrapolation, Sample
+from .signals import Signal
+from .subsystem import Subsystem
+
+__all__ = ["Columns", "DrivenInput", "Link", "Node", "StepObserver"]
+
+Columns = np.ndarray | slice  # a slice where indices are consecutive, which numpy copies several times faster
+
+
+class DrivenInput(NamedTuple):
+    """An input column of a node and the signal that drives it."""
+
+    column: int
+    signal: Signal
+
+
+class StepObserver(Protocol):
+    """Hooks for measurements on one subsystem."""
+
+    def stepped(self) -> None:
+        """Follow a step of the subsystem; its outputs are those of the end of the step."""
+
+    def restored(self) -> None:
+        """Follow a restored state."""
+
+
+@dataclass(eq=False)
+class Link:
+    """All connections of one kind from one source to one target.
+
+    Attributes
+    ----------
+    source : Node
+        Where the values come from.
+    columns : Columns
+        Indices of the source's outputs.
+    targets : Columns
+        Indices of the target's inputs.
+    """
+
+    source: Node
+    columns: Columns
+    targets: Columns
+
+
+@dataclass(eq=False)
+class Node:
+    """A subsystem with n_u inputs and its place in the graph.
+
+    Attributes
+    ----------
+    subsystem : Subsystem
+        What is stepped.
+    signals, varying : tuple of DrivenInput
+        Inputs driven by signals; those of them that are not constant.
+    inputs : ndarray, shape (4, n_u)
+        Polynomials of the inputs for the next step; constants stay in it from the start on.
+    upstream : list of Link
+        Into this node from components that are stepped before its own; `moving_upstream` those whose source is not
+        frozen.
+    forward : list of Link
+        Into this node from nodes before it in the same sweep.
+    torn : list of Link
+        Into this node, with guessed or extrapolated end values.
+    needs_rates : bool
+        Whether samples carry time derivatives.
+    samples : tuple of Sample
+        At most the three newest, from old to new; cut at events.
+    current : Sample
+        End of the step in progress.
+    observer : StepObserver or None
+        Receives steps and restores, for measurements.
+    """
+
+    subsystem: Subsystem
+    signals: tuple[DrivenInput, ...]
+    varying: tuple[DrivenInput, ...]
+    inputs: np.ndarray
+    upstream: list[Link] = field(default_factory=list)
+    moving_upstream: list[Link] = field(default_factory=list)
+    forward: list[Link] = field(default_factory=list)
+    torn: list[Link] = field(default_factory=list)
+    needs_rates: bool = False
+    samples: tuple[Sample, ...] = ()
+    current: Sample = NOTHING
+    observer: StepObserver | None = None
+
+    def sample(self, time: float) -> Sample:
+        """Return the wired outputs now, at `time` [s]. Raises SubsystemError."""
+        return Sample(time, self.subsystem.values(), self.subsystem.rates() if self.needs_rates else None)
+
+    def apply_signals(self, time: float, length: float) -> None:
+        """Set inputs that signals vary. A subsystem without input derivatives holds the end value."""
+        for column, signal in self.varying:
+            c = signal.polynomial(time, length)
+            if not self.subsystem.takes_polynomials:
+                c = (c[0] + length * (c[1] + length * (c[2] / 2.0 + length * c[3] / 6.0)), 0.0, 0.0, 0.0)
+            self.inputs[:, column] = c
+
+    def receive(self, links: list[Link], time: float, exchange: Extrapolation) -> None:
+        """Set inputs whose sources have done the step from `time` [s] already."""
+        for link in links:
+            source = link.source
+            self.inputs[:, link.targets] = exchange.fit((*source.samples, source.current), time)[:, link.columns]
+
+    def step(self, time: float, length: float, exchange: Extrapolation) -> None:
+        """Set forward inputs and advance the subsystem; all other inputs are set already. Raises SubsystemError."""
+        self.receive(self.forward, time, exchange)
+        self.subsystem.set_inputs(self.inputs)
+        self.subsystem.step(time, length)
+        self.current = self.sample(time + length)
+        if self.observer is not None:
+            self.observer.stepped()
+
+    def restore(self, state: Any) -> None:
+        """Set the subsystem back to a saved state. Raises SubsystemError."""
+        self.subsystem.restore(state)
+        if self.observer is not None:
+            self.observer.restored()
