@@ -20,12 +20,20 @@ class SceneError(CosimError):
 
 
 class SubsystemError(CosimError):
-    """A subsystem refused a value or a step; carries what it logged. reached: where a smaller step may help, the time
-    to which it came [s]."""
+    """A subsystem refused a value or a step; the text carries what it logged.
 
-    def __init__(self, text: str, reached: float | None = None) -> None:
+    Attributes
+    ----------
+    reached : float or None
+        Time to which it came [s], where a smaller step may help.
+    fatal : bool
+        Whether nothing may be called any more.
+    """
+
+    def __init__(self, text: str, reached: float | None = None, fatal: bool = False) -> None:
         super().__init__(text)
         self.reached = reached
+        self.fatal = fatal
 
 
 @dataclass

@@ -5,8 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from tca_cosim.cosim.acceleration import METHODS, IterationHistory, solve
-from tca_cosim.cosim.acceleration.relaxation import Relaxed
+from tca_cosim.cosim.acceleration import METHODS, IterationHistory, create, solve
 
 TOLERANCE = 1e-8
 
@@ -32,12 +31,11 @@ class Loop:
         return self.matrix - np.eye(self.b.size) - np.diag(3.0 * self.cubic * self.last**2)
 
 
-def run(loop: Loop, method: object, trace: IterationHistory | None = None, limit: int = 200):
+def run(loop: Loop, method: object, history: IterationHistory | None = None, limit: int = 200):
     n = loop.b.size
-    trace = trace or IterationHistory(n)
-    trace.tangent = loop.tangent
+    history = history or IterationHistory(n)
     with np.errstate(over="ignore", invalid="ignore"):  # what diverges may do so to infinity
-        return solve(loop, np.zeros(n), np.ones(n), method, trace, TOLERANCE, limit)
+        return solve(loop, np.zeros(n), np.ones(n), method, history, TOLERANCE, limit, loop.tangent)
 
 
 # Evaluations to 1e-8, the last one included, by the estimated true error. None: does not converge. relaxed: with the
@@ -77,8 +75,8 @@ COUNTS = [
 )
 def test_evaluations(gains: list[float], cubic: float, method: str, most: int | None) -> None:
     loop = Loop(gains, cubic)
-    best = Relaxed(2.0 / (2.0 + min(gains) + max(gains)))
-    outcome = run(loop, best if method == "relaxed" else METHODS[method]())
+    best = create("relaxed", 2.0 / (2.0 + min(gains) + max(gains)))
+    outcome = run(loop, best if method == "relaxed" else create(method))
     if most is None:
         assert not outcome.converged
         return
@@ -99,72 +97,72 @@ def test_evaluations_of_aitken(gains: list[float], cubic: float, most: int) -> N
         loop = Loop(gains, cubic)
         b = np.random.default_rng(seed).normal(size=len(gains))
         loop.b = b / np.linalg.norm(b)
-        assert run(loop, METHODS["aitken"]()).converged
+        assert run(loop, create("aitken")).converged
         counts.append(loop.count)
     assert np.median(counts) <= most
 
 
 def test_tangents_that_are_not_those_of_a_step_give_way_to_differences() -> None:
     """A loop with a past: its outputs do not follow at once, so the derivative at an instant is 0."""
-    trace, loop = IterationHistory(3), Loop([4.0, 4.0, 0.1])
+    history, loop = IterationHistory(3), Loop([4.0, 4.0, 0.1])
     loop.tangent = lambda: -np.eye(3)
-    assert run(loop, METHODS["tangent"](), trace).converged
+    assert run(loop, create("tangent"), history).converged
     assert loop.count <= 7  # one more than of Newton with differences
     loop.b, loop.count = -1.7 * loop.b, 0
-    assert run(loop, METHODS["tangent"](), trace).converged
+    assert run(loop, create("tangent"), history).converged
     assert loop.count == 2
 
 
 @pytest.mark.parametrize("method", [name for name in METHODS if name != "plain"])
 def test_scalar_loop_has_the_answer_b_over_1_plus_g(method: str) -> None:
-    outcome = run(Loop([4.0]), METHODS[method]() if method != "relaxed" else Relaxed(0.3))
+    outcome = run(Loop([4.0]), create(method) if method != "relaxed" else create("relaxed", 0.3))
     assert outcome.x[0] == pytest.approx(1.0 / 5.0, abs=TOLERANCE)
 
 
 @pytest.mark.parametrize("gain", [1.5, 4.0, 10.0])
 def test_relaxation_converges_up_to_the_edge(gain: float) -> None:
     edge = 2.0 / (1.0 + gain)
-    assert run(Loop([gain]), Relaxed(0.99 * edge), limit=3000).converged
-    assert not run(Loop([gain]), Relaxed(1.01 * edge), limit=3000).converged
-    assert len(run(Loop([gain]), Relaxed(1.0 / (1.0 + gain))).residuals) == 2
+    assert run(Loop([gain]), create("relaxed", 0.99 * edge), limit=3000).converged
+    assert not run(Loop([gain]), create("relaxed", 1.01 * edge), limit=3000).converged
+    assert len(run(Loop([gain]), create("relaxed", 1.0 / (1.0 + gain))).residuals) == 2
 
 
 @pytest.mark.parametrize("method", ["iqn", "newton", "tangent", "broyden"])
 def test_the_next_step_starts_from_what_was_learnt(method: str) -> None:
-    trace, loop = IterationHistory(1), Loop([4.0])
-    run(loop, METHODS[method](), trace)
+    history, loop = IterationHistory(1), Loop([4.0])
+    run(loop, create(method), history)
     loop.b, loop.count = -1.7 * loop.b, 0
-    assert run(loop, METHODS[method](), trace).converged
+    assert run(loop, create(method), history).converged
     assert loop.count == 2
 
 
 def test_the_error_estimated_is_the_true_error() -> None:
     """For a gain of -4 the error of the guess is a fifth of the residual, and four fifths are left in what the sweep
     gave."""
-    trace, loop = IterationHistory(1), Loop([4.0])
-    run(loop, METHODS["iqn"](), trace)
-    np.testing.assert_allclose(trace.secants.error(np.array([1.0])), 0.2, rtol=1e-10)
-    assert trace.secants.gain == pytest.approx(4.0)
+    history, loop = IterationHistory(1), Loop([4.0])
+    run(loop, create("iqn"), history)
+    np.testing.assert_allclose(history.secants.error(np.array([1.0])), 0.2, rtol=1e-10)
+    assert history.secants.gain == pytest.approx(4.0)
 
 
 def test_gain_is_found_while_diverging() -> None:
-    trace = IterationHistory(3)
-    outcome = run(Loop([3.2, 1.6, 1.6]), METHODS["plain"](), trace)
+    history = IterationHistory(3)
+    outcome = run(Loop([3.2, 1.6, 1.6]), create("plain"), history)
     assert not outcome.converged
-    assert trace.secants.gain == pytest.approx(3.2, rel=1e-3)
+    assert history.secants.gain == pytest.approx(3.2, rel=1e-3)
 
 
 def test_at_most_n_columns_and_none_dependent() -> None:
-    trace, loop = IterationHistory(3), Loop([4.0, 4.0, 0.1], cubic=0.4)
+    history, loop = IterationHistory(3), Loop([4.0, 4.0, 0.1], cubic=0.4)
     for _ in range(5):
-        run(loop, METHODS["iqn"](), trace)
+        run(loop, create("iqn"), history)
         loop.b = loop.b * 1.05
-    v = np.array([column[: trace.secants.size] for column in trace.secants.columns])
+    v = np.array([column[: history.secants.size] for column in history.secants.columns])
     assert 1 <= len(v) <= 3
     assert np.linalg.svd(v, compute_uv=False)[-1] > 1e-4
 
 
 def test_not_a_number_ends_at_once() -> None:
-    outcome = solve(lambda x: x * np.nan, np.zeros(2), np.ones(2), METHODS["iqn"](), IterationHistory(2), TOLERANCE, 50)
+    outcome = solve(lambda x: x * np.nan, np.zeros(2), np.ones(2), create("iqn"), IterationHistory(2), TOLERANCE, 50)
     assert not outcome.converged
     assert len(outcome.residuals) == 1

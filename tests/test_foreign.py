@@ -253,7 +253,7 @@ def test_saved_states_do_not_pile_up(folder: Path) -> None:
 
     with Archive(folder / "saved" / "Gain.fmu") as archive:
         slave = Slave(archive, "one", {}, ["u"], ["y"])
-        slave.library = Watched(slave.library)
+        slave.watch_calls(Watched)
         slave.initialise(0.0, np.array([1.0]))
         slave.begin()
         state = None

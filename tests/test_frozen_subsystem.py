@@ -37,9 +37,9 @@ class Counted:
 def watched(scene: Scene) -> tuple[xr.Dataset, dict[str, Counter[str]]]:
     """The result, and the calls of every FMU from the first macro step to the last."""
     with open_simulation(scene) as ready:
-        libraries = {slave.name: Counted(slave.library) for slave in ready.slaves}
         for slave in ready.slaves:
-            slave.library = libraries[slave.name]
+            slave.watch_calls(Counted)
+        libraries = {slave.name: slave.library for slave in ready.slaves}
         return run_to_end(ready), {name: library.calls.copy() for name, library in libraries.items()}
 
 

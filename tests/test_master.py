@@ -10,7 +10,7 @@ from tca_cosim import CouplingError, SubsystemError
 from tca_cosim.cosim.linear_subsystem import Linear
 from tca_cosim.cosim.signals import Impulse, Ramps, Sine, Steps
 from tca_cosim.cosim.step_control import Doubling, Embedded
-from tca_cosim.cosim.topology import loops
+from tca_cosim.cosim.topology import components
 from tca_cosim.studies.stability.model_problems import couple, dahlquist, linear, wires
 
 
@@ -72,10 +72,10 @@ def test_what_feeds_a_loop_is_stepped_once_per_macro_step() -> None:
 
 def test_order_of_work() -> None:
     connections = wires("b.y -> c.u", "c.y -> b.u", "c.y -> a.u", "d.y -> b.v", "a.y -> a.w")
-    found = loops(["a", "b", "c", "d"], connections)
-    assert [loop.members for loop in found] == [("d",), ("b", "c"), ("a",)]
-    assert [[str(c) for c in loop.torn] for loop in found] == [[], ["c.y -> b.u"], ["a.y -> a.w"]]
-    assert len(loops(["b", "c", "d", "a"], connections, jacobi=True)[1].torn) == 2
+    found = components(["a", "b", "c", "d"], connections)
+    assert [component.members for component in found] == [("d",), ("b", "c"), ("a",)]
+    assert [[str(c) for c in component.torn] for component in found] == [[], ["c.y -> b.u"], ["a.y -> a.w"]]
+    assert len(components(["b", "c", "d", "a"], connections, jacobi=True)[1].torn) == 2
 
 
 @pytest.mark.parametrize(

@@ -33,10 +33,10 @@ class _Watched:
     """The functions of a library with a clock around every call."""
 
     def __init__(self, library: ctypes.CDLL) -> None:
-        self._library, self.spent = library, 0.0
+        self.library, self.spent = library, 0.0
 
     def __getattr__(self, name: str) -> object:
-        function = getattr(self._library, name)
+        function = getattr(self.library, name)
 
         def timed(*arguments: object) -> object:
             begin = time.thread_time()
@@ -66,11 +66,17 @@ def _bare(scene: Scene) -> Timing:
 
 def _watched(scene: Scene) -> float:
     with open_simulation(scene) as ready:
-        libraries = [_Watched(slave.library) for slave in ready.slaves]
-        for slave, library in zip(ready.slaves, libraries, strict=True):
-            slave.library = library
+        libraries: list[_Watched] = []
+
+        def watch(library: ctypes.CDLL) -> _Watched:
+            libraries.append(_Watched(library))
+            return libraries[-1]
+
+        for slave in ready.slaves:
+            slave.watch_calls(watch)
         for _ in ready.steps():
             pass
-        for slave, library in zip(ready.slaves, libraries, strict=True):
-            slave.library = library._library
-        return sum(library.spent for library in libraries)
+        spent = sum(library.spent for library in libraries)
+        for slave in ready.slaves:
+            slave.watch_calls(lambda watched: watched.library)  # what follows is not part of the run
+        return spent

@@ -11,6 +11,7 @@ from ..errors import SubsystemError
 from .extrapolation import Extrapolation
 from .interface import InterfaceVector, TornOutputs
 from .node import Columns, DrivenInput, Link, Node
+from .settings import Coupling
 from .signals import Constant, Signal
 from .subsystem import Subsystem
 from .topology import Component, Connection, components
@@ -38,9 +39,7 @@ def assemble(
     subsystems: Sequence[Subsystem],
     connections: Sequence[Connection],
     signals: Mapping[str, Mapping[str, Signal]],
-    exchange: Extrapolation,
-    waveform: Extrapolation,
-    jacobi: bool = False,
+    settings: Coupling,
 ) -> tuple[WiredComponent, ...]:
     """Return the components in the order in which a macro step takes them.
 
@@ -52,12 +51,8 @@ def assemble(
         At most one into each input.
     signals : mapping
         Subsystem name -> input name -> signal.
-    exchange : Extrapolation
-        For inputs whose sources have done the step.
-    waveform : Extrapolation
-        For inputs with guessed end values.
-    jacobi : bool
-        Whether the members of a loop see results of the sweep before only.
+    settings : Coupling
+        Schedule, exchange and waveform.
 
     Raises
     ------
@@ -66,7 +61,7 @@ def assemble(
     """
     nodes = {s.name: _node(s, signals.get(s.name, {})) for s in subsystems}
     wired = []
-    for component in components(list(nodes), connections, jacobi):
+    for component in components(list(nodes), connections, settings.schedule == "jacobi"):
         for name in component.members:
             into = [c for c in connections if c.target[0] == name]
             inside = [c for c in into if c.source[0] in component.members and c not in component.torn]
@@ -75,9 +70,9 @@ def assemble(
             node.moving_upstream = [link for link in node.upstream if not link.source.subsystem.frozen]
             node.forward = _links(nodes, name, inside)
             node.torn = _links(nodes, name, [c for c in into if c in component.torn])
-        wired.append(_wired(nodes, component, waveform))
+        wired.append(_wired(nodes, component, settings.torn))
     for node in nodes.values():
-        for links, method in ((node.upstream + node.forward, exchange), (node.torn, waveform)):
+        for links, method in ((node.upstream + node.forward, settings.forward), (node.torn, settings.torn)):
             if links and method.order > 1 and not node.subsystem.takes_polynomials:
                 raise SubsystemError(
                     f"{node.subsystem.name} cannot interpolate inputs, so it sees held ones only; "

@@ -82,9 +82,7 @@ def _solve(
 
     first = interface.pack(lambda node: node.current, 1.0)
     history = IterationHistory(interface.size)
-    outcome = solve(
-        sweep_from, first, interface.scale, create("iqn"), history, settings.tolerance, settings.max_sweeps
-    )
+    outcome = solve(sweep_from, first, interface.scale, create("iqn"), history, settings.tolerance, settings.max_sweeps)
     if not outcome.converged:
         cause = "the outputs of the loop at one instant do not converge"
         raise give_up(time, 0.0, StepError(cause, outcome.residuals, history.secants.gain))

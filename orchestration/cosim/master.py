@@ -19,7 +19,7 @@ from .algebraic_loop import solve_loop
 from .extrapolation import Sample
 from .graph import WiredComponent
 from .initialization import initialize, reinitialize_after_event
-from .node import Node
+from .node import Node, StepObserver
 from .settings import Coupling
 from .step_error import StepError, give_up
 
@@ -146,6 +146,10 @@ class Master:
             node.samples = (*node.samples[-2:], node.current)
         return StepLog(time + length, length, sweeps, residual, error, inverse, self.observe())
 
+    def watch(self, name: str, observer: StepObserver | None) -> None:
+        """Let an observer follow the steps and restores of the subsystem of that name; None ends it."""
+        next(node for node in self.nodes if node.subsystem.name == name).observer = observer
+
     def outputs(self) -> np.ndarray:
         """Return all wired outputs now (n,), node by node."""
         return np.concatenate([node.samples[-1].values for node in self.nodes])
@@ -199,5 +203,7 @@ class Master:
             # After a fatal error a subsystem answers every call with that error, so it is said once, without a remedy.
             cause = str(stuck) if stuck.fatal else f"{failure}; {stuck}"
             remedy = "" if stuck.fatal else "Make coupling.macro_step smaller, or export with state saving and iterate"
-            residuals, gain = (failure.residuals, failure.gain) if isinstance(failure, StepError) else ((), float("nan"))
+            residuals, gain = (
+                (failure.residuals, failure.gain) if isinstance(failure, StepError) else ((), float("nan"))
+            )
             raise give_up(time, length, StepError(cause, residuals, gain, remedy=remedy)) from failure

@@ -1,4 +1,4 @@
-"""A subsystem in the coupling graph: its wiring as index arrays, its input polynomials and the samples of its outputs."""
+"""A subsystem in the coupling graph: wiring as index arrays, input polynomials and samples of the outputs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Settings of the master, declared once: files, command line and reference are checked against and written from them."""
+"""Settings of the master, declared once: scenes are checked against them and the reference is written from them."""
 
 from __future__ import annotations
 
@@ -58,13 +58,9 @@ class Coupling:
     schedule: str = setting(
         "gauss_seidel", "order inside a loop: one after the other, or all at once", choices=("gauss_seidel", "jacobi")
     )
-    method: str = setting(
-        "iqn", "how a loop is solved; none: explicit, one sweep", choices=("none", *ACCELERATIONS)
-    )
+    method: str = setting("iqn", "how a loop is solved; none: explicit, one sweep", choices=("none", *ACCELERATIONS))
     omega: float = setting(0.25, "relaxation of the first sweeps, or of all where `method` is relaxed", "1", 1e-3, 2.0)
-    exchange: str = setting(
-        "hermite", "course of inputs known at both ends of a step", choices=tuple(EXTRAPOLATIONS)
-    )
+    exchange: str = setting("hermite", "course of inputs known at both ends of a step", choices=tuple(EXTRAPOLATIONS))
     waveform: str = setting("linear", "course of inputs that a loop iterates", choices=tuple(EXTRAPOLATIONS))
     tolerance: float = setting(1e-6, "of the estimated coupling error, share of the nominals", "1", 1e-14, 1.0)
     max_sweeps: int = setting(30, "sweeps of a loop before its step fails", least=2, most=1000)

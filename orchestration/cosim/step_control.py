@@ -133,7 +133,7 @@ class Doubling(Adaptive):
 
 @dataclass(frozen=True)
 class Embedded(Adaptive):
-    """Comparison of the waveform in use with one of the next degree through the same samples, in the middle of the step.
+    """Comparison, in the middle of a step, of the waveform in use with one of the next degree through the same samples.
 
     No step is taken for the estimate alone. It is the error of the inputs over the step; its effect on the outputs is
     an order in H smaller.

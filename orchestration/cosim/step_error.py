@@ -39,7 +39,7 @@ class StepError(Exception):
 
 
 def give_up(time: float, step: float, failure: StepError) -> CouplingError:
-    """Return the error that ends a run at `time` [s] with a last tried `step` [s], with the remedy its gain suggests."""
+    """Return the error that ends a run at `time` [s], after a `step` [s], with the remedy that the gain suggests."""
     gain = failure.gain
     if gain >= 1.0:
         remedy = (

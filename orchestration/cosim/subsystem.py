@@ -91,7 +91,7 @@ class Subsystem(Protocol):
         """Return the time derivatives (n_y,) of the outputs now, a new array."""
 
     def tangent(self, columns: np.ndarray) -> np.ndarray | None:
-        """Return the derivatives (n_y, n) of the outputs now by the inputs of these columns (n,); None if not offered."""
+        """Return the derivatives (n_y, n) of the outputs by the inputs of these columns (n,); None if not offered."""
 
     def save(self, into: Any = None) -> Any:
         """Return a handle of the present state; `into` is an older handle that may be overwritten."""

@@ -43,9 +43,7 @@ class Component:
     torn: frozenset[Connection]
 
 
-def components(
-    names: Sequence[str], connections: Sequence[Connection], jacobi: bool = False
-) -> tuple[Component, ...]:
+def components(names: Sequence[str], connections: Sequence[Connection], jacobi: bool = False) -> tuple[Component, ...]:
     """Return the strongly connected components in the order in which a macro step takes them.
 
     Parameters

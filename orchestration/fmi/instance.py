@@ -6,7 +6,7 @@ from __future__ import annotations
 import ctypes
 import itertools
 import weakref
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, ClassVar
 
 import fmpy.fmi2 as fmi2
@@ -107,7 +107,7 @@ class Instance:
             )
         except Exception as error:  # a binary for this platform is missing, or a library that it needs
             raise SubsystemError(f"{name}: {archive.path} cannot be loaded here: {error}") from error
-        self.library: Any = _untyped(self._fmu.dll)  # a proxy in its place may watch the calls
+        self.library: Any = _untyped(self._fmu.dll)
         self._prepare(about)
         try:
             self._instantiate([category.name for category in description.logCategories])
@@ -177,6 +177,10 @@ class Instance:
             self._fmu.freeInstance()
         self._fmu = None
 
+    def watch_calls(self, wrap: Callable[[Any], Any]) -> None:
+        """Replace the table of C functions by wrap(table), which may count or time the calls."""
+        self.library = wrap(self.library)
+
     def messages(self) -> list[str]:
         """Warnings that no exception has carried yet."""
         return list(dict.fromkeys(self._log.messages))
@@ -226,7 +230,7 @@ class Instance:
 
     def _live(self) -> None:
         if self._dead:
-            raise SubsystemError(self._dead)
+            raise SubsystemError(self._dead, fatal=True)
 
     def _call(self, function: str, *arguments: object) -> None:
         self._check(getattr(self._fmu.dll, function)(self._component, *arguments), function)
@@ -237,7 +241,7 @@ class Instance:
         text = f"{self.name}: {what}: {self._log.take()}"
         if status == fmi2.fmi2Fatal:
             self._dead = text = f"{text}; a fatal error, after which it cannot go on"
-        raise SubsystemError(text)
+        raise SubsystemError(text, fatal=status == fmi2.fmi2Fatal)
 
 
 def _untyped(library: ctypes.CDLL) -> ctypes.CDLL:

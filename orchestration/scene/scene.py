@@ -11,8 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ..cosim.acceleration import METHODS as ITERATIONS
-from ..cosim.extrapolation import METHODS as EXCHANGES
+from ..cosim.settings import Coupling
 from ..cosim.topology import Connection
 from ..fmi.archive import Archive
 from . import ssp_reader, summary, validation
@@ -21,30 +20,10 @@ from .accuracy_request import read as read_accuracy_request
 from .connections import wired
 from .layers import find, load, merged, overriding
 from .members import Member, read_members
-from .schema import setting, settings
+from .schema import settings
 from .validation import Layer
 
 __all__ = ["KEYS", "TABLES", "Coupling", "Scene", "read"]
-
-
-@dataclass(frozen=True)
-class Coupling:
-    """How the master couples. Tolerances are shares of the FMI nominals."""
-
-    macro_step: float = setting(0.1, "length of a macro step, or its first length where `control` adapts it", "s", 1e-9)
-    schedule: str = setting(
-        "gauss_seidel", "order inside a loop: one after the other, or all at once", choices=("gauss_seidel", "jacobi")
-    )
-    method: str = setting("iqn", "how a loop is solved; none: explicit, one sweep", choices=("none", *ITERATIONS))
-    omega: float = setting(0.25, "relaxation of the first sweeps, or of all where `method` is relaxed", "1", 1e-3, 2.0)
-    exchange: str = setting("hermite", "course of inputs known at both ends of a step", choices=tuple(EXCHANGES))
-    waveform: str = setting("linear", "course of inputs that a loop iterates", choices=tuple(EXCHANGES))
-    tolerance: float = setting(1e-6, "of the estimated coupling error, share of the nominals", "1", 1e-14, 1.0)
-    max_sweeps: int = setting(30, "sweeps of a loop before its step fails", least=2, most=1000)
-    halvings: int = setting(6, "of a macro step that fails, before the run does", least=0, most=30)
-    reach: float = setting(10.0, "how far a guess may go from the start of a step, in nominals", "1", 1e-3)
-    control: str = setting("fixed", "length of macro steps", choices=("fixed", "doubling", "embedded"))
-    step_tolerance: float = setting(1e-4, "error per step where `control` adapts it", "1", 1e-13, 1.0)
 
 
 @dataclass(frozen=True)

@@ -3,10 +3,11 @@ it as against an FMU's variables, and the reference is written from it."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import field, fields
+from collections.abc import Iterable, Mapping
+from dataclasses import Field, fields
 from typing import Any, TypeVar
 
+from ..cosim.settings import Declaration, setting
 from ..fmi.archive import Variable, similar
 from . import validation
 from .validation import Layer
@@ -16,27 +17,31 @@ __all__ = ["declared", "setting", "settings"]
 T = TypeVar("T")
 
 
-def setting(
-    default: Any,
-    meaning: str,
-    unit: str = "1",
-    least: float = 0.0,
-    most: float = float("inf"),
-    choices: Sequence[str] = (),
-) -> Any:
-    """A field of such a dataclass. The type of the default is the setting's: float (in `unit`), int, or str out of
-    `choices`."""
-    kind = "Enumeration" if choices else {int: "Integer", float: "Real"}[type(default)]
-    dimension = {unit: 1} if unit != "1" else {}
-    about = Variable(
-        "", 0, kind, "parameter", "fixed", meaning, unit, dimension, 1.0, least, most, default, items=tuple(choices)
+def _variable(f: Field[Any]) -> Variable:
+    """Describe a setting as a parameter of an FMU is described, so that values of both are checked alike."""
+    d: Declaration = f.metadata["declaration"]
+    default: Any = f.default
+    kind = "Enumeration" if d.choices else {int: "Integer", float: "Real"}[type(default)]
+    dimension = {d.unit: 1} if d.unit != "1" else {}
+    return Variable(
+        name="",
+        reference=0,
+        type=kind,
+        causality="parameter",
+        variability="fixed",
+        description=d.meaning,
+        unit=d.unit,
+        dimension=dimension,
+        least=d.least,
+        most=d.most,
+        start=default,
+        items=d.choices,
     )
-    return field(default=default, metadata={"about": about})
 
 
 def declared(kind: type) -> dict[str, Variable]:
     """Of every field that is a setting: what was declared."""
-    return {f.name: f.metadata["about"] for f in fields(kind) if "about" in f.metadata}
+    return {f.name: _variable(f) for f in fields(kind) if "declaration" in f.metadata}
 
 
 def settings(kind: type[T], tables: Iterable[tuple[Layer, Mapping[str, Any]]], prefix: str = "") -> T:

@@ -69,11 +69,15 @@ class CoSimulation:
         self._times, self._open = times, contextlib.ExitStack()
         self._ready = self._open.enter_context(open_simulation(self.scene))
         master = self._ready.master
-        self._start = master.place()
+        self._start = master.checkpoint()
         self._open.callback(master.release, self._start)
         master.save(self._start)
         self._first, self._logs = master.observe(), list[StepLog]()
-        self._counters = [_Counter(m, slave) for m, slave in zip(scene.members, self._ready.slaves, strict=True)]
+        self._counters = {
+            m.name: _Counter(m, slave) for m, slave in zip(scene.members, self._ready.slaves, strict=True)
+        }
+        for name, counter in self._counters.items():
+            master.watch(name, counter)
         self.work = np.nan
 
     def ready(self) -> None:
@@ -82,8 +86,11 @@ class CoSimulation:
     def run(self, limit: float) -> None:
         self._logs = list(self._ready.steps(_watch(limit), self._times))
         if self._counters:
-            found = [counter.close() for counter in self._counters]
-            self.work, self._counters = float(np.nansum(found)) if np.isfinite(found).any() else np.nan, []
+            totals = [counter.total for counter in self._counters.values()]
+            self.work = float(np.nansum(totals)) if np.isfinite(totals).any() else np.nan
+            for name in self._counters:
+                self._ready.master.watch(name, None)
+            self._counters = {}
 
     def result(self) -> xr.Dataset:
         names: dict[str, Sequence[Variable]] = {m.name: recorded_variables(m) for m in self.scene.members}
@@ -94,34 +101,29 @@ class CoSimulation:
 
 
 class _Counter:
-    """Watches the output `evaluations` of an FMU, if it has one, which a restored state sets back."""
+    """Counts what the output `evaluations` of an FMU adds up to, if it has one; restored states set that output back.
+
+    total: the count so far; nan without such an output."""
 
     def __init__(self, member: Member, slave: Slave) -> None:
         names = [variable.name for variable in recorded_variables(member)]
-        self._slave, self._total = slave, np.nan
-        if COUNT in names:
-            self._place, self._total = names.index(COUNT), 0.0
-            self._last, self._watched = self._now(), (slave.step, slave.restore)
-            vars(slave).update(step=self._step, restore=self._restore)
+        self._slave, self._index = slave, names.index(COUNT) if COUNT in names else None
+        self.total, self._last = (np.nan, np.nan) if self._index is None else (0.0, self._now())
 
-    def close(self) -> float:
-        """The total; it counts no more."""
-        for name in ("step", "restore"):
-            vars(self._slave).pop(name, None)
-        return self._total
+    def stepped(self) -> None:
+        """Add what the step took."""
+        if self._index is not None:
+            now = self._now()
+            self.total += now - self._last
+            self._last = now
+
+    def restored(self) -> None:
+        """Go on from the restored output."""
+        if self._index is not None:
+            self._last = self._now()
 
     def _now(self) -> float:
-        return float(self._slave.record()[self._place])
-
-    def _step(self, time: float, length: float) -> None:
-        self._watched[0](time, length)
-        now = self._now()
-        self._total += now - self._last
-        self._last = now
-
-    def _restore(self, state: Any) -> None:
-        self._watched[1](state)
-        self._last = self._now()
+        return float(self._slave.record()[self._index])
 
 
 class Auto(CoSimulation):

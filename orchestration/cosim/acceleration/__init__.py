@@ -1,8 +1,8 @@
 """Acceleration of the fixed-point iteration of a loop: x = G(x), with the residual r = G(x) - x of a sweep G.
 
 Every method is a small frozen value with one function, update(history) -> change of x. solve() drives them and stops on
-the estimated true error e = (I - S)^-1 r of the guess, S = dG/dx, and e - r of what the sweep gave, not on the residual,
-which for a loop gain -g is g + 1 times the error.
+the estimated true error e = (I - S)^-1 r of the guess, S = dG/dx, and e - r of what the sweep gave. The residual alone
+would mislead: for a loop gain -g it is g + 1 times the error.
 """
 
 from __future__ import annotations
@@ -24,7 +24,11 @@ from .secants import Secants, norm, spectral_radius
 
 __all__ = ["METHODS", "IterationHistory", "Method", "Outcome", "Secants", "create", "norm", "solve", "spectral_radius"]
 
-RELAXED: dict[str, Callable[[float], Method]] = {"relaxed": Relaxation, "aitken": Aitken, "broyden": Broyden}
+RELAXED: dict[str, type[Relaxation] | type[Aitken] | type[Broyden]] = {
+    "relaxed": Relaxation,
+    "aitken": Aitken,
+    "broyden": Broyden,
+}
 UNRELAXED: dict[str, Callable[[], Method]] = {
     "plain": FixedPoint,
     "iqn": QuasiNewton,
@@ -41,7 +45,8 @@ def create(name: str, omega: float | None = None) -> Method:
     """Return the method of that name; omega: relaxation where it has one, None for its own default."""
     if name in UNRELAXED:
         return UNRELAXED[name]()
-    return RELAXED[name]() if omega is None else RELAXED[name](omega)
+    kind = RELAXED[name]
+    return kind() if omega is None else kind(omega)
 
 
 @dataclass(frozen=True)

@@ -84,7 +84,7 @@ def norm(v: np.ndarray) -> float:
 
 
 def spectral_radius(inverse: np.ndarray) -> np.ndarray:
-    """Return the spectral radii (...) of S = I - inverse^-1 for a stack (..., n, n) of matrices inverse = (I - S)^-1."""
+    """Return the spectral radii (...) of S = I - inverse^-1 for matrices (..., n, n) inverse = (I - S)^-1."""
     eigenvalues = np.linalg.eigvals(inverse)
     with np.errstate(divide="ignore"):
         return np.abs(1.0 - 1.0 / eigenvalues).max(axis=-1, initial=0.0)

@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from ...cosim import acceleration, extrapolation
 from ...cosim.graph import assemble
 from ...cosim.linear_subsystem import Linear
-from ...cosim.master import Master, Settings, StepLog
+from ...cosim.master import Master, StepLog
+from ...cosim.settings import Coupling
 from ...cosim.signals import Signal
 from ...cosim.step_control import Control, Fixed
 from ...cosim.step_error import StepError, give_up
@@ -96,7 +96,7 @@ def couple(
     connections: Sequence[Connection],
     stop: float,
     step: float = 0.1,
-    method: str | acceleration.Method | None = "iqn",
+    method: str | None = "iqn",
     waveform: str = "linear",
     through: str = "hermite",
     jacobi: bool = False,
@@ -115,7 +115,7 @@ def couple(
 def connected(
     systems: Sequence[Subsystem],
     connections: Sequence[Connection],
-    method: str | acceleration.Method | None,
+    method: str | None,
     waveform: str = "linear",
     through: str = "hermite",
     jacobi: bool = False,
@@ -124,10 +124,14 @@ def connected(
     **settings: Any,
 ) -> Master:
     """The master at the start."""
-    made = acceleration.METHODS[method]() if isinstance(method, str) else method
-    kinds = extrapolation.METHODS[through], extrapolation.METHODS[waveform]
-    circuits = assemble(systems, connections, signals or {}, *kinds, jacobi)
-    master = Master(circuits, Settings(*kinds, made, **{"reach": 1e9, **settings}), observe)
+    coupling = Coupling(
+        schedule="jacobi" if jacobi else "gauss_seidel",
+        method=method or "none",
+        exchange=through,
+        waveform=waveform,
+        **{"reach": 1e9, "omega": 0.5, **settings},
+    )
+    master = Master(assemble(systems, connections, signals or {}, coupling), coupling, observe)
     master.initialise(0.0)
     return master
 
@@ -137,7 +141,7 @@ def course(
     connections: list[Connection],
     step: float,
     count: int,
-    method: str | acceleration.Method | None = "iqn",
+    method: str | None = "iqn",
     **how: Any,
 ) -> tuple[list[np.ndarray], list[StepLog]]:
     """States (n,) after each of `count` macro steps, all of exactly that length, from a start that excites all of them,

@@ -88,9 +88,7 @@ def judge(
     }
     scene = read(source, [*FIRST, *overrides, *(f"{key}={value}" for key, value in own.items())])
     try:
-        with open_simulation(scene) as ready:
-            rod = next(slave for slave in ready.slaves if slave.name == ROD)
-            ready.master.observe = rod.values
+        with open_simulation(scene, lambda systems: systems[ROD].values()) as ready:
             logs = list(ready.steps())
     except CouplingError as error:
         return failed(error, explicit)

@@ -38,7 +38,7 @@ def facts(result: xr.Dataset) -> str:
 
 def about(result: xr.Dataset) -> str:
     """Sections: choice of fidelity where one was made, settings of coupling and members, scene, versions."""
-    units = {field.name: field.metadata["about"].unit for field in fields(Coupling)}
+    units = {field.name: field.metadata["declaration"].unit for field in fields(Coupling)}
     wires = "\n".join(_read(result, "connections"))
     cards = [_card("Coupling", _table(_read(result, "coupling"), units) + _folded("Connections", _verbatim(wires)))]
     for name, member in members(result).items():
