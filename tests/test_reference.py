@@ -148,9 +148,9 @@ def test_no_equilibrium_is_an_error_that_says_so() -> None:
         equilibrium(rod_data(), loads(T=np.nan))
 
 
-def test_a_watch_ends_the_search_for_an_equilibrium() -> None:
+def test_an_observer_ends_the_search_for_an_equilibrium() -> None:
     with pytest.raises(StopIteration):
-        equilibrium(rod_data(), loads(T=COLD + 20.0), watch=partial(next, iter([0, 1])))
+        equilibrium(rod_data(), loads(T=COLD + 20.0), observe=partial(next, iter([0, 1])))
 
 
 @pytest.mark.parametrize("damped", [True, False])
@@ -158,7 +158,7 @@ def test_release_meets_an_independent_code(damped: bool) -> None:
     """And without damping keeps its energy."""
     mover = DynamicRod(rod_data(1070.0, 27 / 28, 5e-3 if damped else 0.0, bare=True))
     falling, expected = loads(gravity=[9.81, 0.0, 0.0]), table("rod_release.csv")
-    start = mover.resting(equilibrium(mover.data, loads(), mover.places()))
+    start = mover.state_at_rest(equilibrium(mover.data, loads(), mover.stations()))
     states = mover.run(start, np.array([0.0, 0.05, 0.1]), lambda t: falling, 1e-6)
     seen = [mover.snapshot(y, falling) for y in states.T]
     ending = "damped" if damped else "undamped"
@@ -176,7 +176,7 @@ def test_discrete_rod_converges_at_second_order_to_the_same_release() -> None:
     falling, tips = loads(gravity=[9.81, 0.0, 0.0]), []
     for count in (6, 12, 24):
         mover = DynamicRod(rod_data(1070.0, 27 / 28, 5e-3, bare=True), count, 1)
-        start = mover.resting(equilibrium(mover.data, loads(), mover.places()))
+        start = mover.state_at_rest(equilibrium(mover.data, loads(), mover.stations()))
         tips.append(mover.snapshot(mover.run(start, np.array([0.0, 0.05]), lambda t: falling, 1e-6)[:, -1], falling).p)
     coarse, middle, fine = tips
     assert np.linalg.norm(coarse - middle) / np.linalg.norm(middle - fine) == pytest.approx(4.0, abs=0.4)
@@ -189,8 +189,8 @@ def test_the_moving_rod_stays_in_the_equilibrium_of_the_shooting_method() -> Non
     """TCAs hot, gravity and a wrench on the tip: all loads of the two methods at once."""
     pulled = loads([COLD + 20, COLD, COLD + 5], [3.0, 2.0, -4.0], [2e-3, 1e-3, -1e-3], [5e-6, 0.0, 2e-5])
     mover = DynamicRod(rod_data(retardation=5e-3))
-    rest = equilibrium(mover.data, pulled, mover.places())
-    start = mover.resting(rest)
+    rest = equilibrium(mover.data, pulled, mover.stations())
+    start = mover.state_at_rest(rest)
     last = mover.snapshot(mover.run(start, np.array([0.0, 0.1]), lambda t: pulled, 1e-6)[:, -1], pulled)
     assert last.p == pytest.approx(rest.p[:, -1, 0], abs=1e-7)
     assert last.delta == pytest.approx(rest.delta[:, 0], abs=1e-8)

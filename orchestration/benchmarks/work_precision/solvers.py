@@ -195,7 +195,7 @@ class Reference:
     work = np.nan  # right-hand sides of the moving rod, shots through the resting one
 
     def __init__(self, source: str, overrides: Sequence[str], times: np.ndarray, **resolution: Any) -> None:
-        self._solve = reference.prepared(read(source, overrides), reference.Resolution(**resolution), times)
+        self._solve = reference.prepare(read(source, overrides), reference.Resolution(**resolution), times)
         self._result = xr.Dataset()
 
     def ready(self) -> None: ...

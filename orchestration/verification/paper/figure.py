@@ -1,5 +1,6 @@
 """Laid out as Fig. 3 of the paper: voltages, temperatures, angles and top view below each other, a column per scene.
-Lines are computed, dots are read off the paper."""
+Lines are computed, dots are read off the paper.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +23,7 @@ SHAPE_EVERY = 5.0  # [s] between the body shapes in the top view
 
 
 def draw(scenes: Mapping[str, Scene], results: Mapping[str, xr.Dataset]) -> Figure:
-    """scenes and results: by the names in SCENES."""
+    """Scenes and results: by the names in SCENES."""
     figure = Figure(figsize=(12.0, 12.5), layout="constrained")
     axes = figure.subplots(4, 3, height_ratios=(1.0, 1.6, 1.6, 2.4))
     for column, name in zip(axes.T, SCENES, strict=True):

@@ -1,5 +1,6 @@
-"""An independent solution of a whole scene, to measure the co-simulation against. Nothing is shared with the FMUs but
-the scene's numbers, so what lies between the two is every error of either.
+"""Independent solution of a whole scene, to measure the co-simulation against.
+
+It shares nothing with the FMUs but the scene's numbers, so the difference contains every error of both.
 
 | part | here | in the FMUs |
 |---|---|---|
@@ -16,6 +17,6 @@ the scene's numbers, so what lies between the two is every error of either.
 """
 
 from ...results.comparison import Difference, compare
-from .solve import Resolution, prepared, run
+from .solve import Resolution, prepare, run
 
-__all__ = ["Difference", "Resolution", "compare", "prepared", "run"]
+__all__ = ["Difference", "Resolution", "compare", "prepare", "run"]

@@ -1,13 +1,15 @@
-"""The rod in motion (the paper's Eqs. 5 to 16) in velocities and strains, by mixed spectral elements; in time
-by SciPy's Radau where the body damps, by its DOP853 where it does not.
+"""Dynamics of the rod in velocities and strains, by mixed spectral elements.
 
-    xidot = eta' + ad_xi eta                                                              at the Gauss points
-    Gamma etadot = ad_eta^T Gamma eta + rho A [0; R^T g] + (W' - ad_xi^T W, weakly)       at the nodes, eta(0) = 0
-    Rdot = R w^ at the nodes (quaternions), pdot = R v at the tip and on average (for the energy of gravity)
+    xidot = eta' + ad_xi eta                                                at the Gauss points       (Eqs. 6 and 21)
+    Gamma etadot = ad_eta^T Gamma eta + rho A [0; R^T g] + W' - ad_xi^T W   at the nodes, weakly      (Eq. 8)
+    eta(0) = 0,  W(L) = W_tip                                                                         (Eqs. 15 and 16)
+    Rdot = R w^ at the nodes (quaternions),  pdot = R v at the tip and on average
 
-The weak form is the adjoint of the first line, so that without gravity the discrete energy is exactly kept or
-dissipated. State (n nodes but the clamp, g points): eta (6, n), xi (6, g), quaternion x, y, z, w (4, n), tip (3), mean
-position (3)."""
+The weak form of the second line is the adjoint of the first, so without gravity the discrete energy is conserved or
+dissipated exactly. The mean position gives the energy of gravity. State, with n nodes besides the clamp and g points:
+eta (6, n), xi (6, g), quaternions x, y, z, w (4, n), tip (3), mean position (3). Time integrators are SciPy's Radau
+where the body has damping and DOP853 where it has none.
+"""
 
 from __future__ import annotations
 
@@ -25,34 +27,34 @@ from .statics import Equilibrium
 
 __all__ = ["DynamicRod", "Snapshot"]
 
-_APART = 1e-7  # of the states for a difference, shares of their scales
+_PERTURBATION = 1e-7  # of a state for the finite differences of the Jacobian, as a fraction of its scale
 
 
 @dataclass(frozen=True)
 class Snapshot:
-    """At one time. SI units."""
+    """Outputs of the rod at one time, SI units."""
 
-    p: np.ndarray  # tip (3,)
-    quaternion: np.ndarray  # of the tip: x, y, z, w
+    p: np.ndarray  # position of the tip (3,)
+    quaternion: np.ndarray  # orientation of the tip: x, y, z, w
     delta: np.ndarray  # (N,)
     N: np.ndarray  # (N,)
     energy: dict[str, float]  # elastic, tca, kinetic, gravity [J]
 
 
 class DynamicRod:
-    """count, degree: of the elements."""
+    """Rod with `count` elements of a given degree."""
 
     def __init__(self, data: RodData, count: int = 4, degree: int = 4) -> None:
         self.data, self.grid = data, elements(data.length, count, degree)
-        self.evaluations = 0  # of rate, one state's each
+        self.evaluations = 0  # evaluations of `rate`, counted for each state
         grid = self.grid
         self._path, self._lengths = routing(data, grid.points), lengths(data)
         self._mean, self._slope = grid.mean[:, 1:], grid.slope[:, 1:]
         self._weights = grid.node_weights[1:]
         self._sizes = np.cumsum([6 * self._weights.size, 6 * grid.points.size, 4 * self._weights.size, 3])
         speed = np.sqrt((data.stiffness / data.inertia).max())
-        self._crossing = float(np.diff(grid.nodes).min() / speed)  # time of the fastest wave from node to node [s]
-        time = data.length**2 * np.sqrt(data.weight / data.stiffness[0])  # about that of the first bending mode
+        self._crossing = float(np.diff(grid.nodes).min() / speed)  # travel time of the fastest wave between nodes [s]
+        time = data.length**2 * np.sqrt(data.weight / data.stiffness[0])  # scale of the first bending period [s]
         bent, straight = np.full(3, 1 / data.length), np.ones(3)
         self._scale = np.concatenate(
             [
@@ -63,40 +65,52 @@ class DynamicRod:
             ]
         )
 
-    def places(self) -> np.ndarray:
-        """Where `resting` wants the equilibrium, (M,), the last of them L: nodes but the clamp, and points."""
+    def stations(self) -> np.ndarray:
+        """Stations (M,) [m] of the equilibrium that `state_at_rest` needs: nodes besides the clamp, and points."""
         return np.sort(np.concatenate([self.grid.nodes[1:], self.grid.points]))
 
-    def resting(self, found: Equilibrium) -> np.ndarray:
-        """The state at rest in an equilibrium (the first of its batch) found at places()."""
-        nodes = np.searchsorted(found.s, self.grid.nodes[1:] - 1e-12)
-        points = np.searchsorted(found.s, self.grid.points - 1e-12)
+    def state_at_rest(self, rest: Equilibrium) -> np.ndarray:
+        """State at rest in the first equilibrium of a batch that was computed at `stations()`."""
+        nodes = np.searchsorted(rest.s, self.grid.nodes[1:] - 1e-12)
+        points = np.searchsorted(rest.s, self.grid.points - 1e-12)
         y = np.zeros(self._scale.size)
         _, xi, q, p, c = self._parts(y)
-        xi[:] = found.xi[:, points, 0]
-        q[:] = Rotation.from_matrix(found.R[:, :, nodes, 0].transpose(2, 0, 1)).as_quat().T
-        p[:] = found.p[:, -1, 0]
-        c[:] = found.p[:, nodes, 0] @ self._weights / self.data.length
+        xi[:] = rest.xi[:, points, 0]
+        q[:] = Rotation.from_matrix(rest.R[:, :, nodes, 0].transpose(2, 0, 1)).as_quat().T
+        p[:] = rest.p[:, -1, 0]
+        c[:] = rest.p[:, nodes, 0] @ self._weights / self.data.length
         return y
 
     def run(self, y: np.ndarray, times: np.ndarray, loads: Callable[[float], Loads], rtol: float) -> np.ndarray:
-        """States (size, len(times)) at the times, of which the first is the start; loads are smooth in between. Raises
-        SubsystemError where the integrator gives up."""
+        """Integrate from y over times whose first is the start; the loads are smooth in between.
+
+        Returns
+        -------
+        ndarray
+            States (size, len(times)).
+
+        Raises
+        ------
+        SubsystemError
+            The integrator fails.
+        """
         damped = self.data.retardation > 0.0
-        apart = np.diag(_APART * self._scale)
+        increment = np.diag(_PERTURBATION * self._scale)
 
         def jacobian(t: float, y: np.ndarray) -> np.ndarray:
-            """SciPy's own learns its differences' lengths, and learns them wrong where the rod stays in a plane."""
-            found = self.rate(np.column_stack([y, y[:, None] + apart]), loads(t))
-            return (found[:, 1:] - found[:, :1]) / apart.diagonal()
+            """SciPy's adaptive differences fail here: they choose wrong increments where the rod stays in a plane."""
+            rates = self.rate(np.column_stack([y, y[:, None] + increment]), loads(t))
+            return (rates[:, 1:] - rates[:, :1]) / increment.diagonal()
 
         result = solve_ivp(
             lambda t, y: self.rate(y, loads(t)),
             (times[0], times[-1]),
             y,
-            "Radau" if damped else "DOP853",  # undamped, every wave counts: nothing is stiff
+            "Radau" if damped else "DOP853",  # without damping the step is limited by accuracy
             times,
-            max_step=np.inf if damped else 4.0 * self._crossing,  # twice what is stable: the first guess is too long
+            max_step=np.inf
+            if damped
+            else 4.0 * self._crossing,  # twice the stability limit: SciPy's first step is too long
             rtol=rtol,
             atol=rtol * self._scale,
             **({"jac": jacobian} if damped else {}),
@@ -109,16 +123,16 @@ class DynamicRod:
         return result.y
 
     def rate(self, y: np.ndarray, loads: Loads) -> np.ndarray:
-        """dy/dt for y (size,) or (size, B)."""
+        """Right-hand side dy/dt for y (size,) or (size, B)."""
         data, flat = self.data, y.reshape(y.shape[0], -1)
         self.evaluations += flat.shape[1]
         eta, xi, q, _, _ = self._parts(flat)
         out = np.empty_like(flat)
         d_eta, d_xi, d_q, d_p, d_c = self._parts(out)
-        at = np.matmul(self._mean, eta)
+        at_points = np.matmul(self._mean, eta)
         d_xi[:] = np.matmul(self._slope, eta)
-        d_xi[:3] += cross(xi[:3], at[:3])
-        d_xi[3:] += cross(xi[3:], at[:3]) + cross(xi[:3], at[3:])
+        d_xi[:3] += cross(xi[:3], at_points[:3])
+        d_xi[3:] += cross(xi[3:], at_points[:3]) + cross(xi[:3], at_points[3:])
         column = (slice(None), None, None)
         W = data.stiffness[column] * (xi - data.rest[column] + data.retardation * d_xi)
         _, N, gradient = self._tension(xi, loads.T)
@@ -126,21 +140,22 @@ class DynamicRod:
         Ww = W * self.grid.point_weights[:, None]
         force = -np.matmul(self._slope.T, Ww) - np.matmul(self._mean.T, transposed_ad(xi, Ww))
         tip = q[:, -1:]
-        force[:3, -1:] += _turned_back(tip, loads.moment[column])
-        force[3:, -1:] += _turned_back(tip, loads.force[column])
+        force[:3, -1:] += _rotate_back(tip, loads.moment[column])
+        force[3:, -1:] += _rotate_back(tip, loads.force[column])
         force /= self._weights[:, None]
-        force[3:] += data.weight * _turned_back(q, loads.gravity[column])
+        force[3:] += data.weight * _rotate_back(q, loads.gravity[column])
         gamma = data.inertia[column]
         d_eta[:] = (force + transposed_ad(eta, gamma * eta)) / gamma
         w, v = eta[:3], eta[3:]
         d_q[:3] = 0.5 * (q[3] * w + cross(q[:3], w))
         d_q[3] = -0.5 * (q[:3] * w).sum(axis=0)
-        moved = _turned(q, v)
-        d_p[:] = moved[:, -1]
-        d_c[:] = (moved * self._weights[:, None]).sum(axis=1) / data.length
+        velocity = _rotate(q, v)
+        d_p[:] = velocity[:, -1]
+        d_c[:] = (velocity * self._weights[:, None]).sum(axis=1) / data.length
         return out.reshape(y.shape)
 
     def snapshot(self, y: np.ndarray, loads: Loads) -> Snapshot:
+        """Evaluate the outputs at the state y (size,)."""
         data = self.data
         eta, xi, q, p, c = self._parts(y[:, None])
         delta, N, _ = self._tension(xi, loads.T)
@@ -156,26 +171,26 @@ class DynamicRod:
         return Snapshot(p[:, 0], tip, delta[:, 0], N[:, 0], energy)
 
     def _parts(self, y: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Views: eta (6, n, ...), xi (6, g, ...), q (4, n, ...), tip (3, ...), mean position (3, ...)."""
+        """Split states into views: eta (6, n, ...), xi (6, g, ...), q (4, n, ...), tip and mean position (3, ...)."""
         eta, xi, q, p, c = np.split(y, self._sizes)
-        rest = y.shape[1:]
-        return eta.reshape(6, -1, *rest), xi.reshape(6, -1, *rest), q.reshape(4, -1, *rest), p, c
+        batch = y.shape[1:]
+        return eta.reshape(6, -1, *batch), xi.reshape(6, -1, *batch), q.reshape(4, -1, *batch), p, c
 
     def _tension(self, xi: np.ndarray, T: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """delta, N (N, B) and the gradients [r x t; t] (6, N, g, B) of every TCA."""
+        """Displacement and tension (N, B) of every TCA and the gradient [r x t; t] (6, N, g, B) of its stretch."""
         size, gradient = actuators(self._path, xi)
         delta = np.matmul(self.grid.point_weights, size) - self._lengths[:, None]
         return delta, self.data.tca_stiffness * (delta - self.data.stroke(T)[:, None]), gradient
 
 
-def _turned(q: np.ndarray, v: np.ndarray) -> np.ndarray:
-    """R v for quaternions (4, ...) whose length is 1 but for the integrator's error."""
+def _rotate(q: np.ndarray, v: np.ndarray) -> np.ndarray:
+    """Rotate v: R v for quaternions (4, ...), which the integrator normalises only to its tolerance."""
     twice = 2.0 * cross(q[:3], v) / (q * q).sum(axis=0)
     return v + q[3] * twice + cross(q[:3], twice)
 
 
-def _turned_back(q: np.ndarray, v: np.ndarray) -> np.ndarray:
-    """R^T v; v (3, 1, 1) is the same everywhere."""
+def _rotate_back(q: np.ndarray, v: np.ndarray) -> np.ndarray:
+    """Rotate v back: R^T v; v (3, 1, 1) is the same at all nodes."""
     wide = np.broadcast_to(v, (3, *q.shape[1:]))
     twice = 2.0 * cross(q[:3], wide) / (q * q).sum(axis=0)
     return wide - q[3] * twice + cross(q[:3], twice)

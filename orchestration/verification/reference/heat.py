@@ -1,11 +1,12 @@
-"""Heat in the cross-section (the paper's Eqs. 1 to 3; Eq. 3 in its right form below) by quadratic finite elements of
-scikit-fem, in time by Radau IIA.
+"""Heat in the cross-section by quadratic finite elements of scikit-fem, in time by Radau IIA.
 
-    rho c dT/dt = div(k grad T) + V_i^2/(R_i L A_tca) in annulus i,  -k dT/dn = h (T - T_inf) outside, 0 on the bores
+    rho c dT/dt = div(k grad T) + q                                                     (Eq. 1)
+    q = V_i^2/(R_i L A_tca) in annulus i, 0 in the body                                 (Eq. 2, as a power per volume)
+    -k dT/dn = h (T - T_inf) on the surface, 0 on the bores                             (Eq. 3, sign corrected)
     R_i = R_ref,i [1 + alpha_T (T_i - T_ref) + shift_i(t)]
 
-Per metre of the body's length; temperatures in K. Symbols: M mass, K stiffness with the boundary's share, C area means
-of the annuli."""
+Everything is per metre of the body's length; temperatures in K. The paper neglects the change of R_i.
+"""
 
 from __future__ import annotations
 
@@ -21,14 +22,14 @@ from skfem.helpers import dot, grad
 from .radau import NODES, LinearRadau
 from .section import Section, triangulate
 
-__all__ = ["HeatCourse", "HeatData", "Matrices", "heat"]
+__all__ = ["HeatCourse", "HeatData", "Matrices", "SmoothPiece", "heat"]
 
-_HALVINGS = 7  # of the first step after a jump
+_HALVINGS = 7  # the first step after a jump is 2^-7 of the regular one: it resolves the thin thermal layer
 
 
 @dataclass(frozen=True)
 class HeatData:
-    """SI units."""
+    """Parameters of the heat model in SI units."""
 
     section: Section
     length: float
@@ -44,22 +45,29 @@ class HeatData:
 
 
 @dataclass(frozen=True)
-class HeatCourse:
-    """What came out at the times of `times` (n,): T (n, N) [K], P (n, N) [W], stored heat since T_0 (n,) [J], loss (n,)
-    [W]; where a voltage jumps, P is the one before. unknowns: of the mesh."""
+class SmoothPiece:
+    """Stretch of time between two jumps of an input."""
 
-    times: np.ndarray
-    T: np.ndarray
-    P: np.ndarray
-    stored: np.ndarray
-    loss: np.ndarray
-    pieces: tuple[tuple[float, CubicHermiteSpline], ...]  # end of the piece between jumps, T in it
-    unknowns: int
+    end: float  # [s]
+    T: CubicHermiteSpline  # (N,) [K] over time
+
+
+@dataclass(frozen=True)
+class HeatCourse:
+    """Time courses of n output times and N TCAs. Where a voltage jumps, P is the value before the jump."""
+
+    times: np.ndarray  # (n,) [s]
+    T: np.ndarray  # (n, N) [K], area means of the annuli
+    P: np.ndarray  # (n, N) [W]
+    stored: np.ndarray  # (n,) [J], heat stored since T_0
+    loss: np.ndarray  # (n,) [W], through the surface
+    pieces: tuple[SmoothPiece, ...]
+    unknowns: int  # of the mesh
 
     def temperature(self, t: float, within: float) -> np.ndarray:
-        """(N,) at t, by cubic Hermite interpolation between the steps; `within`: a time inside the piece meant."""
-        piece = next((p for end, p in self.pieces if within <= end), self.pieces[-1][1])
-        return piece(t)
+        """Interpolate the temperatures (N,) [K] at t between the steps; `within` is a time inside the piece meant."""
+        piece = next((p for p in self.pieces if within <= p.end), self.pieces[-1])
+        return piece.T(t)
 
 
 @BilinearForm
@@ -78,8 +86,23 @@ def _sum(v, w):
 
 
 class Matrices:
-    """M T' + K T = P/L @ means + T_inf surface, per metre of length; edge [m] of the mesh. places (n, 2) [m]: of the
-    unknowns, the mesh's corners first; triangles (m, 3): its corners joined."""
+    """Matrices of M T' + K T = P/L @ means + T_inf surface, per metre of the body's length.
+
+    Attributes
+    ----------
+    mass, stiffness : csc_matrix
+        M and K, (n, n); K includes convection at the surface.
+    means : ndarray
+        Area means over the annuli, (N, n).
+    surface : ndarray
+        Convection [W/(m.K)], (n,).
+    capacity : ndarray
+        Heat capacity [J/(m.K)], (n,).
+    coordinates : ndarray
+        Positions of the unknowns [m], (n, 2); the corners of the mesh come first.
+    triangles : ndarray
+        Indices of the corners, (m, 3).
+    """
 
     def __init__(self, data: HeatData, edge: float) -> None:
         mesh = triangulate(data.section, edge)
@@ -94,9 +117,9 @@ class Matrices:
         self.stiffness = self.stiffness + data.transfer * _product.assemble(surface)
         means = np.array([_sum.assemble(basis) for basis, _, _ in inside])
         self.means = means / means.sum(axis=1, keepdims=True)
-        self.surface = data.transfer * _sum.assemble(surface)  # W/(m.K) per unknown
-        self.capacity = self.mass @ np.ones(self.surface.size)  # J/(m.K) per unknown
-        self.places, self.triangles = Basis(mesh, element).doflocs.T, mesh.t[:3].T
+        self.surface = data.transfer * _sum.assemble(surface)
+        self.capacity = self.mass @ np.ones(self.surface.size)
+        self.coordinates, self.triangles = Basis(mesh, element).doflocs.T, mesh.t[:3].T
 
 
 def heat(
@@ -109,10 +132,22 @@ def heat(
     matrices: Matrices | None = None,
     shift: Callable[[float], np.ndarray | float] = lambda t: 0.0,
 ) -> HeatCourse:
-    """voltage(t, a, b) [V] (N,) and ambient(t, a, b) [K] at time t of the step from a to b, in which they are smooth;
-    pieces: times [s] of the output, one array for each stretch between jumps, from its start to its end; edge [m] of
-    the mesh, step [s] the longest in time. matrices: where they are there already, edge then does not count. shift(t):
-    relative change (N,) of the resistances from elsewhere, smooth within a step."""
+    """Solve Eqs. 1 to 3 from T_0.
+
+    Parameters
+    ----------
+    voltage, ambient : callable
+        (t, a, b) -> voltages [V] (N,), ambient temperature [K], at time t of the step from a to b, in which they are
+        smooth.
+    pieces : sequence of ndarray
+        Output times [s], one array for each stretch between jumps, from its start to its end.
+    edge : float
+        Edge length [m] of the mesh; not used where `matrices` are given.
+    step : float
+        Longest step [s].
+    shift : callable
+        t -> relative change (N,) of the resistances by other causes than temperature; smooth within a step.
+    """
     m = matrices or Matrices(data, edge)
     integrate = LinearRadau(m.mass, m.stiffness)
     R, T = np.array(data.resistance), np.full(m.surface.size, data.T_0)
@@ -127,14 +162,16 @@ def heat(
             slopes += [slope[-1]] if slopes else [_extrapolated(slope, b - a), slope[-1]]
             if b in marks:
                 rows.append(_row(b, T, power, ambient(b, a, b), m, data))
-        splines.append((marks[-1], CubicHermiteSpline(knots, np.array(values), np.array(slopes))))
+        splines.append(SmoothPiece(marks[-1], CubicHermiteSpline(knots, np.array(values), np.array(slopes))))
     times, means, powers, stored, loss = (np.array(column) for column in zip(*rows, strict=True))
     return HeatCourse(times, means, powers, stored, loss, tuple(splines), T.size)
 
 
 def _advance(T, a, b, voltage, ambient, R, m: Matrices, integrate: LinearRadau, data: HeatData, shift):
-    """T at b, slopes of the means at the three stages, powers at b. The resistances follow the stages' own
-    temperatures."""
+    """Advance T from a to b: T at b, slopes of the means at the three stages, powers at b.
+
+    The resistances depend on the temperatures at the stages, so the step is iterated until the powers agree.
+    """
     times = a + NODES * (b - a)
     volts = np.array([voltage(t, a, b) for t in times])
     outside = np.array([ambient(t, a, b) for t in times])
@@ -161,12 +198,15 @@ def _row(t: float, T: np.ndarray, power: np.ndarray, outside: float, m: Matrices
 
 
 def _extrapolated(slopes: np.ndarray, h: float) -> np.ndarray:
-    """The slope at the start of a step, from its stages: the collocation polynomial's own."""
+    """Extrapolate the slope at the start of a step from its stages by the collocation polynomial."""
     return np.linalg.solve(np.vander(NODES, increasing=True), slopes)[0]
 
 
 def _steps(marks: np.ndarray, longest: float) -> list[tuple[float, float]]:
-    """Steps between the marks, none above `longest`; short ones first, since a jump begins with a thin layer."""
+    """Divide the time between the marks into steps not above `longest`, the first of them halved repeatedly.
+
+    A jump of the power starts with a thin thermal layer, which needs short steps.
+    """
     edges = [float(marks[0])]
     for a, b in pairwise(marks):
         count = max(1, int(np.ceil((b - a) / longest - 1e-9)))

@@ -1,5 +1,8 @@
-"""What a scene asks of the reference: its parameters, and its inputs as functions of time. Numbers come from the scene
-and from the start values that the FMUs declare; nothing of the FMUs' binaries is used."""
+"""Parameters and inputs of a scene for the reference solution.
+
+Numbers come from the scene and from the start values in the FMUs' descriptions; their binaries are not
+used.
+"""
 
 from __future__ import annotations
 
@@ -15,39 +18,40 @@ from .heat import HeatData
 from .rod import RodData, WireLaw
 from .section import Section
 
-__all__ = ["Inputs", "breaks", "heat_data", "heat_data_of", "rod_data"]
+__all__ = ["Inputs", "breaks", "heat_data", "heat_data_from", "rod_data"]
 
 
 @dataclass(frozen=True)
 class Inputs:
-    """Signals of a vector input."""
+    """Vector input as a function of time."""
 
     signals: tuple[Signal, ...]
 
     @classmethod
-    def of(cls, owner: Member, name: str) -> Inputs:
+    def from_member(cls, owner: Member, name: str) -> Inputs:
+        """Read the input `name` of a member: its signals, and its start values where it has no signal."""
         elements = owner.archive.vectors.get(name, (name,))
         return cls(tuple(owner.signals.get(e, Constant(owner.real(e))) for e in elements))
 
     def __call__(self, t: float, a: float, b: float) -> np.ndarray:
-        """Values at t in the stretch from a to b in which nothing jumps: at its ends the limits from inside."""
-        towards = a + b - 2.0 * t  # the middle of (t, t + towards), which decides on jumps, is that of (a, b)
-        return np.array([signal.polynomial(t, towards or 1e-9 * (b - a))[0] for signal in self.signals])
+        """Evaluate at t in the stretch [a, b] without jumps; at its ends the values are the limits from inside."""
+        direction = a + b - 2.0 * t  # the side of a jump is decided at the middle of (t, t + direction), that of (a, b)
+        return np.array([signal.polynomial(t, direction or 1e-9 * (b - a))[0] for signal in self.signals])
 
 
 def breaks(scene: Scene) -> np.ndarray:
-    """Times [s] inside the run at which an input jumps or bends."""
-    found = {t for m in scene.members for signal in m.signals.values() for t in signal.breaks}
-    return np.array(sorted(t for t in found if 0.0 < t < scene.stop_time))
+    """Instants [s] inside the run at which an input jumps or has a kink."""
+    times = {t for m in scene.members for signal in m.signals.values() for t in signal.breaks}
+    return np.array(sorted(t for t in times if 0.0 < t < scene.stop_time))
 
 
 def heat_data(thermal: Member) -> HeatData:
-    """Data of the heat problem of a scene's thermal FMU."""
-    return heat_data_of(ThermalParameters.of(thermal))
+    """Parameters of the heat model of a scene."""
+    return heat_data_from(ThermalParameters.of(thermal))
 
 
-def heat_data_of(p: ThermalParameters) -> HeatData:
-    """Data of the heat problem of a set of parameters."""
+def heat_data_from(p: ThermalParameters) -> HeatData:
+    """Parameters of a heat model for the finite elements."""
     return HeatData(
         section=Section(p.geometry.radius, p.outer_radius, p.inner_radius, p.geometry.offset, p.geometry.azimuth),
         length=p.geometry.length,
@@ -64,9 +68,16 @@ def heat_data_of(p: ThermalParameters) -> HeatData:
 
 
 def rod_data(rod: Member) -> RodData:
-    """Data of a scene's rod, whatever strains and closure it chooses: all six strains, and the TCAs' law inside.
+    """Parameters of the rod of a scene.
 
-    Raises SceneError for what the reference does not cover."""
+    The reference always has all six strains and solves the TCAs' law together with the rod, whatever strains and
+    closure the scene chooses.
+
+    Raises
+    ------
+    SceneError
+        The scene chooses a law that the reference does not cover.
+    """
     p = RodParameters.of(rod)
     if p.pitch == "current":
         raise SceneError(f"reference: {rod.name}.tca.pitch = 'current' is not covered; allowed: 'frozen'")

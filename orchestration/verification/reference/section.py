@@ -1,8 +1,9 @@
-"""Triangles with curved edges on the cross-section: a disc, N annuli in it, their bores left out.
+"""Triangulation of the cross-section: a disc with N annuli, whose bores are holes.
 
-Points lie on circles around every TCA, on the outer circle and on a hexagonal lattice between; Delaunay joins them,
-and the middle nodes of edges that join neighbours on a circle are moved onto it (isoparametric quadratic: the areas are
-right to the fourth order of the edge). Lengths in m."""
+Points lie on circles around every TCA, on the outer circle and on a hexagonal lattice between. A Delaunay
+triangulation joins them. The middle nodes of edges between neighbours on a circle are moved onto it (isoparametric
+quadratic elements: the error of an area is of fourth order in the edge length). Lengths in m.
+"""
 
 from __future__ import annotations
 
@@ -14,61 +15,77 @@ from skfem import MeshTri1, MeshTri2
 
 __all__ = ["Section", "triangulate"]
 
-_RINGS = 3  # circles of the same edge length around a TCA, outside it
+_RINGS = 3  # circles outside each TCA with the fine edge length: the temperature gradient is steepest there
 
 
 @dataclass(frozen=True)
 class Section:
-    """Geometry of the cross-section."""
+    """Geometry of the cross-section with N TCAs."""
 
     radius: float
     outer_radius: float  # of a TCA
     inner_radius: float  # of its bore
-    offset: float  # of its axis from the body's
-    azimuth: tuple[float, ...]  # rad, one per TCA
+    offset: float  # distance of a TCA's axis from the body's axis
+    azimuth: tuple[float, ...]  # [rad], (N,)
 
     @property
     def centres(self) -> np.ndarray:
-        """(N, 2)"""
+        """Positions of the TCAs' axes [m], (N, 2)."""
         return self.offset * np.column_stack([np.cos(self.azimuth), np.sin(self.azimuth)])
 
     @property
     def tca_area(self) -> float:
+        """Area of one annulus [m2]."""
         return float(np.pi * (self.outer_radius**2 - self.inner_radius**2))
 
 
 def triangulate(section: Section, edge: float) -> MeshTri2:
-    """edge: length of an edge in and near the TCAs; twice that between. Subdomains 'tca0'... and boundary 'outer'.
-    ValueError where the TCAs overlap or touch the surface."""
+    """Triangulate a cross-section.
+
+    Parameters
+    ----------
+    edge : float
+        Edge length [m] in and near the TCAs; the lattice between them has edges 1.6 times as long.
+
+    Returns
+    -------
+    MeshTri2
+        Mesh with the subdomains 'tca0', 'tca1', ... and the boundary 'outer'.
+
+    Raises
+    ------
+    ValueError
+        The TCAs overlap or touch the surface.
+    """
     points = _points(section, edge)
     corners = Delaunay(points).simplices
     middles = points[corners].mean(axis=1)
     inside = np.full(len(corners), -1)
     bored = np.zeros(len(corners), dtype=bool)
     for i, centre in enumerate(section.centres):
-        # A chord's middle is inside its circle, so a triangle belongs to the circle that holds all its corners.
+        # The middle of a chord lies inside its circle, so a triangle belongs to the circle with all its corners.
         reach = np.linalg.norm(points[corners] - centre, axis=2).max(axis=1)
         inside[reach < section.outer_radius * (1 + 1e-9)] = i
         bored |= reach < section.inner_radius * (1 + 1e-9)
     keep = ~bored & (np.linalg.norm(middles, axis=1) < section.radius)
     mesh = MeshTri1(np.ascontiguousarray(points.T), np.ascontiguousarray(corners[keep].T))
     curved = MeshTri2.from_mesh(mesh)
-    places = curved.doflocs.copy()
+    nodes = curved.doflocs.copy()
     circles = [(np.zeros(2), section.radius)]
     for centre in section.centres:
         circles += [(centre, section.outer_radius), (centre, section.inner_radius)]
     for centre, radius in circles:
-        _bend(curved, places, centre, radius)
+        _move_onto_circle(curved, nodes, centre, radius)
     domains = {f"tca{i}": np.flatnonzero(inside[keep] == i) for i in range(len(section.centres))}
     return (
-        replace(curved, doflocs=places)
+        replace(curved, doflocs=nodes)
         .with_subdomains(domains)
         .with_boundaries({"outer": lambda x: np.hypot(*x) > 0.999 * section.radius - edge**2 / section.radius})
     )
 
 
 def _points(section: Section, edge: float) -> np.ndarray:
-    """(n, 2) corners of the triangles, none twice."""
+    """Corners of the triangles (n, 2) without duplicates."""
     gap = _gap(section)
     if gap <= 0.0:
         raise ValueError(f"TCAs overlap or touch the surface: gap {gap:g} m; move or shrink them")
@@ -76,8 +93,8 @@ def _points(section: Section, edge: float) -> np.ndarray:
     radii = np.linspace(section.inner_radius, section.outer_radius, rings + 1)
     outside = np.array([k * edge for k in range(1, _RINGS + 1) if (k + 0.5) * edge < gap / 2])
     radii = np.append(radii, section.outer_radius + outside)
-    turn = [_circle(r, edge, k) for k, r in enumerate(radii)]
-    rings_of_all = [centre + ring for centre in section.centres for ring in turn]
+    own_circles = [_circle(r, edge, k) for k, r in enumerate(radii)]
+    tca_circles = [centre + ring for centre in section.centres for ring in own_circles]
     reach = radii[-1] + 0.9 * edge
     rim = [_circle(section.radius - k * edge, 1.4 * edge, k) for k in range(2) if (k + 0.5) * edge < gap]
     lattice = _lattice(section.radius - len(rim) * edge, 1.6 * edge)
@@ -85,13 +102,13 @@ def _points(section: Section, edge: float) -> np.ndarray:
     inner_rim = [
         ring[np.min([np.linalg.norm(ring - c, axis=1) for c in section.centres], axis=0) > reach] for ring in rim[1:]
     ]
-    found = np.vstack([*rings_of_all, rim[0], *inner_rim, lattice[far]])
-    twins = cKDTree(found).query_pairs(0.2 * edge * min(1.0, section.inner_radius / edge))
-    return np.delete(found, sorted({max(pair) for pair in twins}), axis=0)
+    points = np.vstack([*tca_circles, rim[0], *inner_rim, lattice[far]])
+    duplicates = cKDTree(points).query_pairs(0.2 * edge * min(1.0, section.inner_radius / edge))
+    return np.delete(points, sorted({max(pair) for pair in duplicates}), axis=0)
 
 
 def _gap(section: Section) -> float:
-    """Least distance of a TCA from another one or from the surface."""
+    """Smallest distance of a TCA from another one or from the surface [m]."""
     between = [np.linalg.norm(a - b) for i, a in enumerate(section.centres) for b in section.centres[:i]]
     return float(
         min([*(np.array(between) - 2 * section.outer_radius), section.radius - section.offset - section.outer_radius])
@@ -99,25 +116,25 @@ def _gap(section: Section) -> float:
 
 
 def _circle(radius: float, edge: float, shift: int) -> np.ndarray:
-    """(n, 2) points on a circle; at least 16, so that a quadratic edge is round to 1e-5 of the radius."""
+    """Points on a circle (n, 2); at least 16, so that quadratic edges deviate less than 1e-5 of the radius."""
     count = max(16, round(2 * np.pi * radius / edge))
     angle = 2 * np.pi * (np.arange(count) + 0.5 * (shift % 2)) / count
     return radius * np.column_stack([np.cos(angle), np.sin(angle)])
 
 
 def _lattice(radius: float, edge: float) -> np.ndarray:
-    """(n, 2) points of a hexagonal lattice in a disc."""
+    """Points of a hexagonal lattice in a disc (n, 2)."""
     n = int(radius / edge) + 2
     a, b = np.meshgrid(np.arange(-2 * n, 2 * n + 1), np.arange(-2 * n, 2 * n + 1))
     points = edge * np.column_stack([(a + 0.5 * b).ravel(), (np.sqrt(0.75) * b).ravel()])
     return points[np.linalg.norm(points, axis=1) < radius - 0.3 * edge]
 
 
-def _bend(mesh: MeshTri2, places: np.ndarray, centre: np.ndarray, radius: float) -> None:
-    """Moves the middle nodes of edges whose both ends lie on the circle onto it."""
+def _move_onto_circle(mesh: MeshTri2, nodes: np.ndarray, centre: np.ndarray, radius: float) -> None:
+    """Move the middle nodes of edges with both ends on a circle onto that circle; nodes (2, n) change in place."""
     ends = mesh.p[:, mesh.facets] - centre[:, None, None]
     on = np.flatnonzero((np.abs(np.hypot(*ends) - radius) < 1e-9 * radius).all(axis=0))
-    nodes = mesh.dofs.get_facet_dofs(on).flatten()
-    nodes = nodes[nodes >= mesh.nvertices]
-    away = places[:, nodes] - centre[:, None]
-    places[:, nodes] = centre[:, None] + radius * away / np.hypot(*away)
+    middle = mesh.dofs.get_facet_dofs(on).flatten()
+    middle = middle[middle >= mesh.nvertices]
+    outward = nodes[:, middle] - centre[:, None]
+    nodes[:, middle] = centre[:, None] + radius * outward / np.hypot(*outward)

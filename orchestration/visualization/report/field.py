@@ -21,7 +21,7 @@ from scipy.interpolate import LinearNDInterpolator, NearestNDInterpolator
 
 from ...cosim import signals
 from ...verification.reference.heat import HeatData, Matrices
-from ...verification.reference.inputs import Inputs, heat_data_of
+from ...verification.reference.inputs import Inputs, heat_data_from
 from ...verification.reference.radau import NODES, LinearRadau
 from ...verification.reference.section import Section
 from ..geometry import Surface
@@ -60,7 +60,7 @@ class Field:
 
 def field(result: xr.Dataset, heat: str, rows: np.ndarray, station: int) -> Field:
     """heat: the member that is the heat model; rows: of the result, from its start; station: of the cap."""
-    data = heat_data_of(thermal_parameters(result, heat))
+    data = heat_data_from(thermal_parameters(result, heat))
     m = Matrices(data, _EDGE * data.section.radius)
     rises = _solve(result, heat, rows, data, m)
     means = data.T_0 + rises @ m.means.T
