@@ -10,7 +10,7 @@ import tca_cosim
 FOLDER = Path(tca_cosim.__file__).parent
 ORDER = (
     ("errors",),
-    ("files", "parallel"),
+    ("files", "parallel", "plotting"),
     ("cosim",),
     ("fmi",),
     ("scene",),

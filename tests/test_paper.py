@@ -9,8 +9,10 @@ import numpy as np
 import pytest
 import tca_cosim as tca
 import xarray as xr
+from scipy.optimize import brentq
 from tca_cosim.verification import paper
 from tca_cosim.verification.paper import figure
+from tca_cosim.verification.reference.rod import WireLaw
 
 
 @pytest.fixture(scope="module")
@@ -21,18 +23,63 @@ def computed() -> dict[str, xr.Dataset]:
 @pytest.mark.parametrize("name", paper.SCENES)
 def test_against_the_figure(computed: dict[str, xr.Dataset], name: str) -> None:
     """Bars: the reading error of the figure, 0.3 K and 0.01 rad, and what the identified parameters leave."""
-    temperature, angle = paper.deviations(computed[name], name)
-    assert temperature <= 0.3
-    assert angle <= 0.04
+    rms = paper.deviations(computed[name], name)
+    assert rms.temperature <= 0.3
+    assert rms.angle <= 0.04
 
 
 @pytest.mark.parametrize("name", paper.SCENES)
 def test_tip_against_the_top_view(computed: dict[str, xr.Dataset], name: str) -> None:
-    """Read to 0.5 mm; the figure's angles go on to grow by 0.09 rad more than ours, 2 to 3 mm at the tip."""
-    tip = computed[name]["rod.tip.p"].to_numpy() * 1e3
-    for t, x, y in paper.tips(name):
-        at = [np.interp(t, computed[name]["time"], tip[:, k]) for k in (0, 1)]
-        assert np.hypot(at[0] - x, at[1] - y) <= 3.0
+    """Bar: the largest distance, 2.98 mm. What causes it is the subject of the tests below."""
+    assert all(tip.distance <= 3.0 for tip in paper.compare_tips(computed[name], name))
+
+
+@pytest.fixture(scope="module")
+def tips(computed: dict[str, xr.Dataset]) -> list[paper.TipComparison]:
+    return [tip for name in paper.SCENES for tip in paper.compare_tips(computed[name], name)]
+
+
+def radii(tips: list[paper.TipComparison]) -> tuple[np.ndarray, np.ndarray]:
+    """Distances of the tip from the axis [mm]: in the paper, and by its angles with the computed elongation."""
+    return (
+        np.array([np.hypot(tip.read.x, tip.read.y) for tip in tips]),
+        np.array([np.hypot(*tip.from_angles) for tip in tips]),
+    )
+
+
+@pytest.mark.parametrize("name", paper.SCENES)
+def test_elongation_from_tip_and_angles_is_that_of_the_tcas(computed: dict[str, xr.Dataset], name: str) -> None:
+    """Constant strain and three TCAs at 120 degrees: the mean displacement is the elongation of the axis."""
+    delta = computed[name]["rod.delta"].mean("index3") / 0.04
+    for tip in paper.compare_tips(computed[name], name):
+        assert tip.elongation == pytest.approx(float(delta.interp(time=tip.read.time)), abs=2e-3)
+
+
+def test_no_stiffness_explains_the_tips_of_the_paper(computed: dict[str, xr.Dataset]) -> None:
+    """The mean free stroke bounds the elongation for every stiffness; the paper's exceeds it at all six times."""
+    law = WireLaw(0.13, 0.04, 0.65e-3, 37.5, 100.0, 560e6, 6.5e-4)
+    for name in paper.SCENES:
+        temperature = computed[name]["thermal.T"]  # within 0.3 K of the paper's
+        for tip in paper.compare_tips(computed[name], name):
+            free = law.stroke(temperature.interp(time=tip.read.time).to_numpy() - 298.15).mean() / 0.04
+            assert tip.elongation < free < tip.elongation_read
+
+
+def test_one_length_or_one_distribution_of_curvature_explains_them(tips: list[paper.TipComparison]) -> None:
+    """Within the reading error of 0.5 mm; a larger stroke does not: what is missing does not grow with the heat."""
+    read, radius = radii(tips)
+    assert np.abs(radius - read).min() > 0.9
+    longer = (read / radius).mean()
+    assert longer == pytest.approx(1.084, abs=2e-3)
+    assert np.abs(longer * radius - read).max() < 0.5
+    stretch = np.array([tip.elongation for tip in tips])
+    arc = radius / (1.0 + stretch)
+    stroke = ((read - arc) * arc * stretch).sum() / ((arc * stretch) ** 2).sum()
+    assert np.abs(arc * (1.0 + stroke * stretch) - read).max() > 0.9
+    s = (np.arange(200) + 0.5) / 200
+    theta = [brentq(lambda x, r=r: 40.0 * (1 - np.cos(x)) / x - r, 0.1, 2.0) for r in arc]
+    bent = [40.0 * np.sin(x * (s + 0.28 * (s - s * s))).mean() for x in theta]
+    assert np.abs(bent * (1.0 + stretch) - read).max() < 0.5
 
 
 @pytest.mark.parametrize("name", paper.SCENES)
@@ -90,7 +137,7 @@ def test_two_way_feedback_of_heat_alone_lets_plain_iteration_converge() -> None:
 
 
 def test_figure(computed: dict[str, xr.Dataset], tmp_path: Path) -> None:
-    drawn = figure.draw({name: tca.read(name) for name in paper.SCENES}, computed)
+    drawn = figure.draw(computed)
     paths = figure.save(drawn, tmp_path)
     assert [path.suffix for path in paths] == [".png", ".svg", ".pdf"]
     assert all(path.stat().st_size > 10_000 for path in paths)

@@ -69,9 +69,9 @@ def field(result: xr.Dataset, heat: str, rows: np.ndarray, station: int) -> Fiel
     courses = left[:, int((squares[:-1] < _KEPT**2).sum()) :]  # no value is further off than the first left out
     modes = rises.T @ courses
     corners = int(m.triangles.max()) + 1
-    cap = Surface(m.places[:corners], np.full(corners, station), m.triangles)
+    cap = Surface(m.coordinates[:corners], np.full(corners, station), m.triangles)
     return Field(
-        data.section, data.T_0, courses, _raster(m.places, modes, data.section.radius), cap, modes[:corners], gap
+        data.section, data.T_0, courses, _raster(m.coordinates, modes, data.section.radius), cap, modes[:corners], gap
     )
 
 
