@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "fmu/engine.hpp"
-#include "model.hpp"
+#include "model/model.hpp"
 #include "physics/data.hpp"
 
 namespace rod {

@@ -1,8 +1,8 @@
 // The variable table of rod.fmu: one row per variable.
-#include "table.hpp"
+#include "model/table.hpp"
 
 #include "fmu/rod_model.hpp"
-#include "model.hpp"
+#include "model/model.hpp"
 #include "physics/data.hpp"
 
 namespace {

@@ -4,7 +4,7 @@
 #include <functional>
 #include <limits>
 
-#include "blueprint.hpp"
+#include "description/blueprint.hpp"
 #include "fmi2Functions.h"
 
 namespace {

@@ -2,8 +2,8 @@
 // step to step or begun anew in each, as a rolled-back co-simulation must.
 #pragma once
 
-#include "full_system.hpp"
-#include "sundials.hpp"
+#include "levels/full_system.hpp"
+#include "levels/sundials.hpp"
 
 namespace thermal {
 

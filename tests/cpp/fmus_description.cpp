@@ -1,8 +1,8 @@
 // Units from their spelling, and modelDescription.xml. That it satisfies the standard is tested with FMPy in Python.
 #include <gtest/gtest.h>
 
-#include "description.hpp"
-#include "units.hpp"
+#include "description/description.hpp"
+#include "description/units.hpp"
 
 namespace fmu {
 namespace {

@@ -1,7 +1,7 @@
 // Saving, restoring and serialising: bitwise the same afterwards, in any instance, and damaged bytes refused.
 #include <thread>
 
-#include "hash.hpp"
+#include "model/hash.hpp"
 #include "probe/host.hpp"
 
 namespace probe {

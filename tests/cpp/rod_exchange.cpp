@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "blueprint.hpp"
+#include "description/blueprint.hpp"
 #include "fmi2Functions.h"
 #include "rod_support.hpp"
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "thermal_model.hpp"
+#include "fmu/thermal_model.hpp"
 
 namespace thermal {
 namespace {

@@ -12,11 +12,11 @@
 #include <utility>
 #include <vector>
 
-#include "full_level.hpp"
-#include "heat_matrices.hpp"
-#include "modal_level.hpp"
-#include "modal_model.hpp"
-#include "resolution.hpp"
+#include "levels/full_level.hpp"
+#include "levels/modal_level.hpp"
+#include "mesh/heat_matrices.hpp"
+#include "mesh/resolution.hpp"
+#include "reduction/modal_model.hpp"
 
 namespace thermal {
 

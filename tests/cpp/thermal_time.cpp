@@ -3,9 +3,9 @@
 
 #include <cmath>
 
-#include "phi.hpp"
-#include "polynomials.hpp"
-#include "spectral.hpp"
+#include "levels/phi.hpp"
+#include "levels/polynomials.hpp"
+#include "mesh/spectral.hpp"
 #include "thermal_scene.hpp"
 
 namespace thermal {

@@ -5,7 +5,7 @@
 #include <Eigen/Eigenvalues>
 #include <numbers>
 
-#include "spectral.hpp"
+#include "mesh/spectral.hpp"
 #include "thermal_scene.hpp"
 
 #if TCA_COUNT == 1

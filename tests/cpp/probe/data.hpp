@@ -4,7 +4,7 @@
 
 #include <limits>
 
-#include "model.hpp"
+#include "model/model.hpp"
 
 namespace probe {
 

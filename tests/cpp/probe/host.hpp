@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "blueprint.hpp"
+#include "description/blueprint.hpp"
 #include "fmi2Functions.h"
 
 namespace probe {

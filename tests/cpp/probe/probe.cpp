@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "data.hpp"
-#include "table.hpp"
+#include "model/table.hpp"
 
 namespace probe {
 namespace {

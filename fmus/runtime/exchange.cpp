@@ -1,0 +1,56 @@
+// An instance's states and their rates, for a host that integrates them (model exchange).
+#include <algorithm>
+#include <cmath>
+
+#include "model/text.hpp"
+#include "runtime/instance.hpp"
+
+namespace fmu {
+
+/// Brings rates_ up to date. States that the present parameters do not need have the rate 0.
+void Instance::refresh_rates() {
+  if (has_rates_) return;
+  std::ranges::fill(rates_, 0.0);
+  if (model_->check_states().is_ok()) require(model_->rates(progress_.time, rates_).at(now()));
+  has_rates_ = true;
+}
+
+void Instance::set_time(double t) {
+  if (!std::isfinite(t)) throw Error("time " + text(t) + " s; give a finite time");
+  progress_.time = t;
+  invalidate();
+}
+
+void Instance::need_states(std::size_t count) const {
+  if (count != states_.size())
+    throw Error("room for " + std::to_string(count) + " states, this FMU has " + std::to_string(states_.size()));
+}
+
+void Instance::set_states(std::span<const double> x) {
+  need_states(x.size());
+  for (std::size_t i = 0; i < x.size(); ++i)
+    if (!std::isfinite(x[i]))
+      throw Error(blueprint_.rows[blueprint_.states[i]].name + " = " + text(x[i]) +
+                  " refused; give a finite value, nothing was changed");
+  model_->set_states(x);
+  invalidate();
+}
+
+void Instance::get_states(std::span<double> x) {
+  need_states(x.size());
+  refresh(Causality::state);
+  std::ranges::copy(states_, x.begin());
+}
+
+void Instance::get_nominals(std::span<double> x) const {
+  need_states(x.size());
+  for (std::size_t i = 0; i < x.size(); ++i) x[i] = blueprint_.rows[blueprint_.states[i]].typical;
+}
+
+void Instance::get_derivatives(std::span<double> dx) {
+  need_states(dx.size());
+  refresh(Causality::derivative);
+  std::ranges::copy(rates_, dx.begin());
+}
+
+}  // namespace fmu

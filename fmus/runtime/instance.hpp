@@ -1,0 +1,125 @@
+// One FMU instance: a model, what the host set and where it stands in time. Knows no FMI type; every failure is an
+// Error.
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <span>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "description/blueprint.hpp"
+#include "runtime/allowed_calls.hpp"
+#include "runtime/logging.hpp"
+#include "runtime/snapshot.hpp"
+
+namespace fmu {
+
+using Reference = unsigned int;
+
+/// A family of get and set functions and the C type that it carries; enumerations go through the integer functions.
+enum class Access { real, integer, boolean };
+template <Access access>
+using ValueOf = std::conditional_t<access == Access::real, double, int>;
+
+class Instance {
+ public:
+  Instance(const Blueprint& blueprint, Interface interface, Log log);
+  Instance(const Instance&) = delete;
+
+  Log& log() { return log_; }
+  const Progress& progress() const { return progress_; }
+  void set_mode(Mode mode) { progress_.mode = mode; }
+
+  /// Throws Error when the standard does not allow the call now.
+  void permit(const Call& call) const;
+
+  void setup_experiment(std::optional<double> tolerance, double start, std::optional<double> stop);
+  void exit_initialization();
+  void reset();
+
+  /// Reads values; brings outputs up to date first. `values` may be partly written when an Error is thrown.
+  template <Access access>
+  void get(std::span<const Reference> references, ValueOf<access>* values);
+
+  /// Writes all values or, when one is refused, none.
+  template <Access access>
+  void set(std::span<const Reference> references, const ValueOf<access>* values);
+
+  /// The derivative of unknowns (outputs, derivatives of states) in the direction `known` of inputs and states; while
+  /// the instance is initialised, of everything calculated and of inputs and parameters. `unknown` is what changes.
+  /// Exact for rates where the model offers it, else central differences of order 4: differences.cpp.
+  void directional_derivative(std::span<const Reference> unknowns, std::span<const Reference> knowns,
+                              const double* known, double* unknown);
+
+  /// Time derivatives of inputs, orders 1 to 3, for the next step only.
+  void set_input_derivatives(std::span<const Reference> references, const int* orders, const double* values);
+
+  /// Time derivatives of outputs now, order 1.
+  void get_output_derivatives(std::span<const Reference> references, const int* orders, double* values);
+
+  /// From t to t + h [s]. False after a part of the step: the state is that of progress().time and `log()` has the
+  /// reason. Throws Error and keeps the state at t when the step cannot be made.
+  bool step(double t, double h);
+
+  // Model exchange. Spans have one number per state of the table; Error otherwise.
+  void set_time(double t);
+  void set_states(std::span<const double> x);
+  void get_states(std::span<double> x);
+  void get_nominals(std::span<double> x) const;
+  /// Throws a discarding Error where the model has no derivatives: a host may try another point.
+  void get_derivatives(std::span<double> dx);
+  void complete_step() { require(model_->complete_step().at(now()).as_error()); }
+
+  void save(Snapshot& snapshot);
+  void restore(const Snapshot& snapshot);
+
+  /// States given to the host, who names them by address. add() takes ownership; find() and remove() throw Error on an
+  /// address that this instance did not give out or that was freed.
+  Snapshot* add(std::unique_ptr<Snapshot> snapshot);
+  Snapshot& find(const void* state) const;
+  void remove(const void* state);
+  Snapshot deserialise(std::span<const std::byte> bytes);
+
+  const Blueprint& blueprint() const { return blueprint_; }
+
+  /// A warning was logged since this was last asked.
+  bool take_warning() { return std::exchange(warned_, false); }
+
+ private:
+  bool is_starting() const { return progress_.mode == Mode::instantiated || progress_.mode == Mode::initialization; }
+  std::byte* data() { return model_->data().data(); }
+  const Variable& row(Reference reference, Access access) const;
+  void check(const Variable& row, double value) const;
+  void mark_changed();
+  void read_parameters(std::vector<double>& values);
+  void write_parameters(std::span<const double> values);
+  void build_and_initialise();
+  void invalidate();
+  void refresh(Causality causality);
+  void move(const Variable& known, double change);
+  void aim(std::span<const Reference> knowns, const double* known);
+  std::vector<double> rates_along(std::span<const Reference> knowns, const double* known);
+  void refresh_rates();
+  std::string now() const;
+  void need_states(std::size_t count) const;
+  void check_step(double t, double h) const;
+  void advance_inputs(double h, bool is_complete);
+
+  const Blueprint& blueprint_;
+  Log log_;
+  std::unique_ptr<Model> model_;
+  Progress progress_;
+  bool warned_ = false;
+  std::vector<double> built_with_;      // see Snapshot
+  std::vector<std::byte> start_data_;   // of a new instance, for reset
+  std::vector<double> memory_before_;   // scratch of step()
+  std::vector<double> states_, rates_;  // views of memory(), brought up to date on demand
+  bool has_states_ = false, has_rates_ = false;
+  std::vector<double> parameters_;  // scratch of build_and_initialise()
+  std::vector<std::unique_ptr<Snapshot>> saved_;
+};
+
+}  // namespace fmu

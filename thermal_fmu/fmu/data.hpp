@@ -1,0 +1,31 @@
+// What the thermal FMU's variables point to: parameters, inputs (value and three derivatives), outputs.
+#pragma once
+
+#include "model/model.hpp"
+#include "physics/parameters.hpp"
+
+namespace thermal {
+
+inline constexpr std::size_t kMostAmplitudes = 24 * (kTcas + 1);  // that model exchange shows
+
+struct Data {
+  Parameters parameters;
+
+  // Inputs.
+  std::array<fmu::Polynomial, kTcas> V{};            // [V]
+  std::array<fmu::Polynomial, kTcas> delta{};        // [m]
+  fmu::Polynomial T_ambient{298.15, 0.0, 0.0, 0.0};  // [K]
+
+  // Outputs and their rates.
+  PerTca T = filled(298.15);     // [K]
+  PerTca T_rate = filled(0.0);   // [K/s]
+  PerTca P = filled(0.0);        // [W]
+  double Q_loss = 0.0;           // [W]
+  double E_stored = 0.0;         // [J]
+  double T_max = 298.15;         // [K]
+  double T_surface = 298.15;     // [K]
+  double reduction_bound = 0.0;  // [K]
+  int reduction_states = 0;
+};
+
+}  // namespace thermal

@@ -1,0 +1,134 @@
+// The variable table of thermal.fmu: one row per variable.
+#include "model/table.hpp"
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "fmu/data.hpp"
+#include "fmu/thermal_model.hpp"
+
+namespace fmu {
+namespace {
+
+constexpr double kTiny = 1e-9;  // least value of what must be positive
+constexpr double kHuge = 1e12;
+
+using thermal::Data;
+
+void geometry_and_material(Table<Data>& table, const thermal::Parameters& p) {
+  table.parameter("body.radius", p.body.radius, "m", "Outer radius of the body").range(kTiny, 1e3).nominal(5e-3);
+  table.parameter("body.length", p.body.length, "m", "Length of body and TCAs").range(kTiny, 1e3).nominal(0.04);
+  table.parameter("body.k", p.body.k, "W/(m.K)", "Heat conductivity of the body").range(kTiny, 1e6);
+  table.parameter("body.rho_c", p.body.rho_c, "J/(m3.K)", "Heat capacity of the body").range(1.0, kHuge).nominal(1e6);
+  table.parameter("tca.outer_radius", p.tca.outer_radius, "m", "Outer radius of a TCA").range(kTiny, 1e3).nominal(1e-3);
+  table.parameter("tca.inner_radius", p.tca.inner_radius, "m", "Radius of a TCA's insulated bore")
+      .range(kTiny, 1e3)
+      .nominal(1e-3);
+  table.parameter("tca.offset", p.tca.offset, "m", "Distance of every TCA's axis from the body's axis")
+      .range(0.0, 1e3)
+      .nominal(1e-3);
+  for (std::size_t i = 0; i < thermal::kTcas; ++i) {
+    table.parameter(indexed("tca.azimuth", i), p.tca.azimuth[i], "rad", "Angle of the TCA's axis about the body's axis")
+        .range(-1e3, 1e3);
+  }
+  table.parameter("tca.k", p.tca.k, "W/(m.K)", "Heat conductivity of a TCA").range(kTiny, 1e6);
+  table.parameter("tca.rho_c", p.tca.rho_c, "J/(m3.K)", "Heat capacity of a TCA").range(1.0, kHuge).nominal(1e6);
+}
+
+void circuit_and_surroundings(Table<Data>& table, const thermal::Parameters& p) {
+  for (std::size_t i = 0; i < thermal::kTcas; ++i) {
+    table.parameter(indexed("tca.R", i), p.tca.R[i], "ohm", "Resistance of the TCA at tca.T_ref and delta = 0")
+        .range(kTiny, kHuge)
+        .nominal(10.0);
+  }
+  table
+      .parameter("tca.alpha_T", p.tca.alpha_T, "1/K",
+                 "Relative change of resistance with temperature, R (1 + alpha_T (T - T_ref) + beta delta/length)")
+      .range(-1.0, 1.0)
+      .nominal(1e-3);
+  table.parameter("tca.beta", p.tca.beta, "1", "Relative change of resistance with the strain delta/length")
+      .range(-1e3, 1e3);
+  table.parameter("tca.T_ref", p.tca.T_ref, "K", "Temperature at which tca.R holds").range(1.0, 1e4).nominal(300.0);
+  table.parameter("h", p.h, "W/(m2.K)", "Heat transfer coefficient at the body's surface")
+      .range(kTiny, 1e9)
+      .nominal(20.0);
+  table.parameter("T_0", p.T_0, "K", "Temperature of the whole section at the start").range(1.0, 1e4).nominal(300.0);
+  table
+      .parameter("level", p.level, "", "Model: resistor network, reduced with known error, or all unknowns of the mesh")
+      .choices({"lumped", "reduced", "full"});
+  table
+      .parameter("tolerance", p.tolerance, "1",
+                 "Relative error of temperature rises: chooses mesh, number of states and the steps inside `full`; a "
+                 "change after initialisation reaches the steps only")
+      .range(1e-8, 0.1)
+      .nominal(1e-5)
+      .tunable();
+}
+
+void inputs(Table<Data>& table, const Data& data) {
+  for (std::size_t i = 0; i < thermal::kTcas; ++i) {
+    table.input(indexed("V", i), data.V[i], "V", "Voltage across the TCA");
+  }
+  for (std::size_t i = 0; i < thermal::kTcas; ++i) {
+    table.input(indexed("delta", i), data.delta[i], "m", "Displacement of the TCA, acts through tca.beta")
+        .nominal(1e-3);
+  }
+  table.input("T_ambient", data.T_ambient, "K", "Temperature of the surroundings").range(1.0, 1e4).nominal(300.0);
+}
+
+void outputs(Table<Data>& table, const Data& data) {
+  for (std::size_t i = 0; i < thermal::kTcas; ++i) {
+    table.output(indexed("T", i), data.T[i], data.T_rate[i], "K", "Mean temperature of the TCA")
+        .nominal(300.0)
+        .depends({"mode"});
+  }
+  for (std::size_t i = 0; i < thermal::kTcas; ++i) {
+    table.output(indexed("P", i), data.P[i], "W", "Electrical power into the TCA")
+        .depends({indexed("V", i), indexed("delta", i), "mode"});
+  }
+  table.output("Q_loss", data.Q_loss, "W", "Heat flow from the surface to the surroundings")
+      .depends({"T_ambient", "mode"});
+  table.output("E_stored", data.E_stored, "J", "Heat stored since the uniform temperature T_0").depends({"mode"});
+  table.output("T_max", data.T_max, "K", "Highest temperature in the TCAs and on the surface")
+      .nominal(300.0)
+      .depends({"mode"});
+  table.output("T_surface", data.T_surface, "K", "Mean temperature of the surface").nominal(300.0).depends({"mode"});
+  table.output("reduction.bound", data.reduction_bound, "K",
+               "No T[i] has been further than this from the same mesh unreduced (given the powers P so far)");
+  table.output("reduction.states", data.reduction_states, "", "Number of states of the chosen level").nominal(10.0);
+}
+
+void states(Table<Data>& table) {
+  for (std::size_t k = 0; k < thermal::kMostAmplitudes; ++k) {
+    table
+        .state(indexed("mode", k), "K", "K/s",
+               "Amplitude of a mode of the levels reduced and lumped; a uniform rise of 1 K has amplitudes whose "
+               "squares sum to 1")
+        .depends({"mode", "V", "delta", "T_ambient"});
+  }
+}
+
+}  // namespace
+
+Identity identity() {
+  return {.name = "thermal",
+          .description = "Heat in the cross-section of a soft manipulator with electrically heated actuators (TCAs)",
+          .stop_time = 30.0,
+          .step_size = 0.1};
+}
+
+std::vector<Variable> variables() {
+  const Data defaults;
+  Table<Data> table(defaults);
+  geometry_and_material(table, defaults.parameters);
+  circuit_and_surroundings(table, defaults.parameters);
+  inputs(table, defaults);
+  outputs(table, defaults);
+  states(table);
+  return std::move(table).rows();
+}
+
+std::unique_ptr<Model> make_model() { return std::make_unique<thermal::ThermalModel>(); }
+
+}  // namespace fmu

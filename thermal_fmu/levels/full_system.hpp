@@ -1,0 +1,51 @@
+// Every node of the mesh as a state, in mass-orthonormal coordinates x = mass^(1/2) (T - T_0):
+//     x' = -A x + B w,   A = mass^(-1/2) stiffness mass^(-1/2) sparse and symmetric,
+// and what an implicit integrator needs of it: slopes, and sparse direct factors of 1 + gamma A, kept while gamma
+// stays.
+#pragma once
+
+#include <Eigen/SparseCholesky>
+
+#include "levels/heat_level.hpp"
+#include "mesh/heat_matrices.hpp"
+#include "physics/circuit.hpp"
+
+namespace thermal {
+
+class FullSystem {
+ public:
+  using Vector = Eigen::VectorXd;
+
+  FullSystem(const HeatMatrices& matrices, const Parameters& parameters);
+
+  Eigen::Index size() const { return root.size(); }
+
+  /// out = -A x + B w at s after the start of the drive. Fails as Circuit::power.
+  Status slope(const Drive& drive, double s, const Eigen::Ref<const Vector>& x, Eigen::Ref<Vector> out);
+
+  /// (1 + gamma A) x = b. False: there are no factors.
+  bool solve(double gamma, const Eigen::Ref<const Vector>& b, Eigen::Ref<Vector> x);
+
+  Status observe(const Eigen::Ref<const Vector>& x, const Drive& drive, Observation& seen);
+
+  Circuit circuit;
+  Vector root;           // mass^(1/2)
+  Eigen::MatrixXd load;  // B
+
+  struct Counts {
+    long steps = 0, slopes = 0, factorisations = 0, solves = 0;
+  };
+  Counts counts;  // of work done so far, for studies; steps and slopes are counted by the integrator
+
+ private:
+  using SparseMatrix = Eigen::SparseMatrix<double>;
+
+  SparseMatrix a_;
+  std::vector<int> probes_;
+  double surface_conductance_;
+  Eigen::SimplicialLDLT<SparseMatrix> factor_;  // of a + 1/gamma
+  double gamma_ = 0.0;
+  Vector inverse_pivots_, permuted_;
+};
+
+}  // namespace thermal

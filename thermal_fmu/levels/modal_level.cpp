@@ -1,0 +1,275 @@
+#include "levels/modal_level.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "levels/phi.hpp"
+#include "mesh/spectral.hpp"
+
+namespace thermal {
+namespace {
+
+using core::value;
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr Index kN = static_cast<Index>(kTcas);
+constexpr int kDeepest = 24;     // halvings of a step with feedback
+constexpr int kIterations = 60;  // of the powers, at most
+constexpr double kSame = 1e-14;  // relative change at which the powers are settled
+
+/// The points of a step with feedback, in units of its length, and what is read off the values there.
+struct Points {
+  std::array<double, kPowerTerms> at{};
+  Eigen::Matrix<double, kPowerTerms, kPowerTerms> derivatives;  // (q, n): q-th derivative at the start by value at n
+  Eigen::Matrix<double, kPowerTerms, 1> finest;                 // the interpolant's highest Legendre coefficient
+
+  Points() {
+    const LobattoRule rule = lobatto_rule(kPowerTerms - 1);
+    MatrixXd power = MatrixXd::Identity(kPowerTerms, kPowerTerms);
+    for (int q = 0; q < kPowerTerms; ++q) {
+      derivatives.row(q) = power.row(0);
+      power = power * (2.0 * rule.derivative);
+      at[q] = 0.5 * (1.0 + rule.nodes[q]);
+    }
+    // At Lobatto points P_p(x_n)^2 = 2 / (p (p + 1) w_n); signs alternate; the discrete norm of P_p is 2/p.
+    constexpr int p = kPowerTerms - 1;
+    for (int n = 0; n <= p; ++n) {
+      const double legendre = ((p - n) % 2 == 0 ? 1.0 : -1.0) * std::sqrt(2.0 / (p * (p + 1) * rule.weights[n]));
+      finest[n] = 0.5 * p * rule.weights[n] * legendre;
+    }
+  }
+};
+const Points& points() {
+  static const Points instance;
+  return instance;
+}
+
+}  // namespace
+
+ModalLevel::ModalLevel(ModalModel model, const Parameters& parameters)
+    : model_(std::move(model)),
+      load_(model_.load),
+      unit_(model_.capacity.norm()),
+      circuit_(parameters),
+      z_(model_.size()),
+      probes_(model_.probe.rows()) {
+  const Index n = model_.size();
+  const auto make_carrier = [n] { return Carrier{-1.0, VectorXd(n), Weights(n, kPowerTerms)}; };
+  carrier_ = make_carrier();
+  if (!circuit_.has_feedback()) return;
+  collocations_.resize(kDeepest + 1);
+  for (Collocation& c : collocations_) {
+    for (Carrier& carrier : c.carriers) carrier = make_carrier();
+    c.response.resize(kN * kPoints, kN * kPoints);
+  }
+}
+
+void ModalLevel::Carrier::prepare(const VectorXd& rate, double step) {
+  if (h == step) return;
+  h = step;
+  for (Index k = 0; k < rate.size(); ++k) {
+    const auto f = phi<kPowerTerms>(rate[k] * h);
+    decay[k] = f[0];
+    double scale = h;
+    for (int q = 0; q < kPowerTerms; ++q, scale *= h) weight(k, q) = scale * f[q + 1];
+  }
+}
+
+void ModalLevel::carry(State& state, const Carrier& carrier, const Forcing& forcing) {
+  state.z.array() *= carrier.decay.array();
+  for (int q = 0; q < kPowerTerms; ++q) {
+    if ((forcing.col(q).array() == 0.0).all()) continue;
+    z_.noalias() = load_ * forcing.col(q);
+    state.z.array() += carrier.weight.col(q).array() * z_.array();
+  }
+  for (Index c = 0; c < kChannels; ++c) {
+    std::array<double, kPowerTerms> derivatives;
+    for (int q = 0; q < kPowerTerms; ++q) derivatives[q] = forcing(c, q);
+    state.travel[c] += std::abs(forcing(c, 0) - state.last[c]) + variation(derivatives, carrier.h);
+    state.last[c] = value(derivatives, carrier.h);
+  }
+}
+
+Status ModalLevel::advance(std::span<double> memory, const Drive& drive, double h, double tolerance) {
+  const Index n = model_.size();
+  State state{Eigen::Map<VectorXd>(memory.data(), n), Eigen::Map<Channels>(memory.data() + n),
+              Eigen::Map<Channels>(memory.data() + n + kChannels)};
+  if (circuit_.has_feedback()) {
+    return advance_with_feedback(state, drive, 0.0, h, tolerance, 0);
+  }
+  Forcing forcing = Forcing::Zero();
+  for (Index i = 0; i < kN; ++i) {
+    double power_of_1_volt = 0.0;
+    if (Status status = circuit_.power(i, 1.0, 0.0, 0.0, power_of_1_volt); !status.is_ok()) return status;
+    const Sextic v2 = square(drive.V[i]);
+    for (int q = 0; q < kPowerTerms; ++q) forcing(i, q) = v2[q] * power_of_1_volt;
+  }
+  for (int q = 0; q < 4; ++q) forcing(kN, q) = drive.ambient_rise[q];
+  carrier_.prepare(model_.rate, h);
+  carry(state, carrier_, forcing);
+  return {};
+}
+
+ModalLevel::Collocation& ModalLevel::collocation(double h, int depth) {
+  Collocation& c = collocations_[depth];
+  if (c.h == h) return c;
+  c.h = h;
+  c.response.setZero();
+  for (int m = 1; m < kPoints; ++m) {
+    Carrier& carrier = c.carriers[m];
+    carrier.prepare(model_.rate, points().at[m] * h);
+    for (Index k = 0; k < model_.size(); ++k) {
+      for (int n = 0; n < kPoints; ++n) {
+        double weight = 0.0, scale = 1.0;
+        for (int q = 0; q < kPowerTerms; ++q, scale /= h) {
+          weight += carrier.weight(k, q) * points().derivatives(q, n) * scale;
+        }
+        for (Index i = 0; i < kN; ++i)
+          for (Index j = 0; j < kN; ++j) c.response(i + kN * m, j + kN * n) += load_(k, i) * load_(k, j) * weight;
+      }
+    }
+  }
+  return c;
+}
+
+bool ModalLevel::solve_powers(const State& state, const Drive& drive, double from, const Forcing& ambient,
+                              const Collocation& c, double tolerance) {
+  // Rises without the TCAs' power, at every point.
+  for (int m = 0; m < kPoints; ++m) {
+    z_ = state.z;
+    if (m > 0) {
+      z_.array() *= c.carriers[m].decay.array();
+      for (int q = 0; q < 4; ++q) {
+        z_.array() += ambient(kN, q) * c.carriers[m].weight.col(q).array() * load_.col(kN).array();
+      }
+    }
+    for (Index i = 0; i < kN; ++i) base_rises_[i + kN * m] = load_.col(i).dot(z_);
+  }
+  AtPoints v2, delta;
+  for (int m = 0; m < kPoints; ++m) {
+    const double s = from + points().at[m] * c.h;
+    for (Index i = 0; i < kN; ++i) {
+      v2(i, m) = std::pow(value(drive.V[i], s), 2);
+      delta(i, m) = value(drive.delta[i], s);
+      rises_(i, m) = base_rises_[i];
+    }
+  }
+  bool has_settled = false;
+  for (int iteration = 0; iteration < kIterations && !has_settled; ++iteration) {
+    double change = 0.0, largest = 0.0;
+    for (int m = 0; m < kPoints; ++m)
+      for (Index i = 0; i < kN; ++i) {
+        const double resistance = circuit_.resistance(i, rises_(i, m), delta(i, m));
+        if (!(resistance > 0.0)) return false;
+        conductances_(i, m) = 1.0 / resistance;
+        const double power = v2(i, m) / resistance;
+        if (iteration > 0) change = std::max(change, std::abs(power - powers_(i, m)));
+        largest = std::max(largest, power);
+        powers_(i, m) = power;
+      }
+    has_settled = iteration > 0 && change <= kSame * largest;
+    Eigen::Map<Eigen::Matrix<double, static_cast<int>(kTcas) * kPoints, 1>> flat_rises(rises_.data());
+    Eigen::Map<const Eigen::Matrix<double, static_cast<int>(kTcas) * kPoints, 1>> flat_powers(powers_.data());
+    flat_rises = base_rises_;
+    flat_rises.noalias() += c.response * flat_powers;
+  }
+  if (!has_settled) return false;
+  // Does degree 6 resolve the conductances? What its last term may do to a temperature by the end of the step.
+  for (Index i = 0; i < kN; ++i) {
+    const double rough = std::abs(conductances_.row(i).dot(points().finest)) * v2.row(i).maxCoeff();
+    const double gain = c.response.row(i + kN * (kPoints - 1)).cwiseAbs().sum();
+    if (!(rough * gain <= 0.1 * tolerance * (1.0 + std::abs(rises_(i, kPoints - 1))))) return false;
+  }
+  return true;
+}
+
+Status ModalLevel::advance_with_feedback(State& state, const Drive& drive, double from, double h, double tolerance,
+                                         int depth) {
+  const Collocation& c = collocation(h, depth);
+  Forcing forcing = Forcing::Zero();
+  const Cubic ambient = core::shifted(drive.ambient_rise, from);
+  for (int q = 0; q < 4; ++q) forcing(kN, q) = ambient[q];
+  if (solve_powers(state, drive, from, forcing, c, tolerance)) {
+    double scale = 1.0;
+    for (int q = 0; q < kPowerTerms; ++q, scale /= h) {
+      forcing.col(q).template head<kN>() = scale * (powers_ * points().derivatives.row(q).transpose());
+    }
+    carry(state, c.carriers[kPoints - 1], forcing);
+    return {};
+  }
+  if (depth == kDeepest) {
+    for (Index i = 0; i < kN; ++i) {
+      const double rise = load_.col(i).dot(state.z), delta = value(drive.delta[i], from + h);
+      if (!(circuit_.resistance(i, rise, delta) > 0.0)) return circuit_.not_positive(i, rise, delta);
+    }
+    return Status::discard("powers and temperatures do not settle however short the step",
+                           "reduce tca.alpha_T, tca.beta or the voltages");
+  }
+  Status status = advance_with_feedback(state, drive, from, 0.5 * h, tolerance, depth + 1);
+  if (!status.is_ok()) return status;
+  return advance_with_feedback(state, drive, from + 0.5 * h, 0.5 * h, tolerance, depth + 1);
+}
+
+Status ModalLevel::channels(const Eigen::Ref<const VectorXd>& z, const Drive& drive, Channels& input) const {
+  for (Index i = 0; i < kN; ++i) {
+    Status status = circuit_.power(i, drive.V[i][0], load_.col(i).dot(z), drive.delta[i][0], input[i]);
+    if (!status.is_ok()) return status;
+  }
+  input[kN] = drive.ambient_rise[0];
+  return {};
+}
+
+void ModalLevel::get_amplitudes(std::span<const double> memory, std::span<double> x) const {
+  for (Index k = 0; k < model_.size(); ++k) x[k] = memory[k] / unit_;
+}
+
+void ModalLevel::set_amplitudes(std::span<double> memory, std::span<const double> x) const {
+  for (Index k = 0; k < model_.size(); ++k) memory[k] = x[k] * unit_;
+}
+
+Status ModalLevel::rates(std::span<const double> memory, const Drive& drive, std::span<double> dx) {
+  const Index n = model_.size();
+  const Eigen::Map<const VectorXd> z(memory.data(), n);
+  Channels input;
+  if (Status status = channels(z, drive, input); !status.is_ok()) return status;
+  Eigen::Map<VectorXd>(dx.data(), n) = (load_ * input - model_.rate.cwiseProduct(z)) / unit_;
+  return {};
+}
+
+Status ModalLevel::note_powers(std::span<double> memory, const Drive& drive) {
+  const Index n = model_.size();
+  Channels now;
+  if (Status status = channels(Eigen::Map<const VectorXd>(memory.data(), n), drive, now); !status.is_ok())
+    return status;
+  Eigen::Map<Channels> last(memory.data() + n), travel(memory.data() + n + kChannels);
+  travel += (now - last).cwiseAbs();
+  last = now;
+  return {};
+}
+
+Status ModalLevel::observe(std::span<const double> memory, const Drive& drive, Observation& seen) {
+  const Index n = model_.size();
+  const Eigen::Map<const VectorXd> z(memory.data(), n);
+  const Eigen::Map<const Channels> travel(memory.data() + n + kChannels);
+  Channels input;
+  if (Status status = channels(z, drive, input); !status.is_ok()) return status;
+  for (Index i = 0; i < kN; ++i) {
+    seen.rise[i] = load_.col(i).dot(z);
+    seen.power[i] = input[i];
+  }
+  z_.noalias() = load_ * input;
+  z_ -= model_.rate.cwiseProduct(z);
+  for (Index i = 0; i < kN; ++i) seen.rate[i] = load_.col(i).dot(z_);
+  const double surface = load_.col(kN).dot(z);
+  seen.loss = surface - model_.surface_conductance * drive.ambient_rise[0];
+  seen.surface_rise = surface / model_.surface_conductance;
+  seen.stored = model_.capacity.dot(z);
+  probes_.noalias() = model_.probe * z;
+  seen.max_rise = probes_.maxCoeff();
+  for (Index i = 0; i < kN; ++i) seen.bound = std::max(seen.bound, model_.step_bound.row(i).dot(travel));
+  return {};
+}
+
+}  // namespace thermal

@@ -1,0 +1,87 @@
+// Levels `reduced` and `lumped`: a modal model stepped exactly in time, at any step length.
+//
+// Voltages and T_ambient are cubics over a step, so powers are polynomials of degree 6 and phi functions carry every
+// mode over it exactly. With electrical feedback the powers depend on the temperatures they make; they are then the
+// polynomial of degree 6 through the powers at seven Lobatto points of the step, found by fixed-point iteration
+// (collocation with an exact linear part). Where that polynomial does not resolve the conductances, or the iteration
+// does not contract, the step is halved.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <vector>
+
+#include "levels/heat_level.hpp"
+#include "levels/polynomials.hpp"
+#include "physics/circuit.hpp"
+#include "reduction/modal_model.hpp"
+
+namespace thermal {
+
+class ModalLevel final : public HeatLevel {
+ public:
+  ModalLevel(ModalModel model, const Parameters& parameters);
+
+  std::size_t state_size() const override { return static_cast<std::size_t>(model_.size() + 2 * kChannels); }
+  int unknowns() const override { return static_cast<int>(model_.size()); }
+  Status advance(std::span<double> state, const Drive& drive, double h, double tolerance) override;
+  Status observe(std::span<const double> state, const Drive& drive, Observation& seen) override;
+  std::size_t amplitudes() const override { return static_cast<std::size_t>(model_.size()); }
+  void get_amplitudes(std::span<const double> state, std::span<double> x) const override;
+  void set_amplitudes(std::span<double> state, std::span<const double> x) const override;
+  Status rates(std::span<const double> state, const Drive& drive, std::span<double> dx) override;
+  Status note_powers(std::span<double> state, const Drive& drive) override;
+
+ private:
+  static constexpr int kPoints = kPowerTerms;
+  using Loads = Eigen::Matrix<double, Eigen::Dynamic, kChannels>;
+  using Weights = Eigen::Matrix<double, Eigen::Dynamic, kPowerTerms>;
+  using Channels = Eigen::Matrix<double, kChannels, 1>;
+  using Forcing = Eigen::Matrix<double, kChannels, kPowerTerms>;  // derivatives of the channels
+  using AtPoints = Eigen::Matrix<double, static_cast<int>(kTcas), kPoints>;
+
+  /// The caller's doubles: amplitudes, the channels' last values, and how far each has travelled (for the bound).
+  struct State {
+    Eigen::Map<Eigen::VectorXd> z;
+    Eigen::Map<Channels> last;
+    Eigen::Map<Channels> travel;
+  };
+
+  /// What carries the modes over a time h: depends on h alone.
+  struct Carrier {
+    double h = -1.0;
+    Eigen::VectorXd decay;
+    Weights weight;
+    void prepare(const Eigen::VectorXd& rate, double h);
+  };
+
+  /// What the points of a step of length h see of each other: the rise at point m, TCA i (row i + N m) from the power
+  /// at point n of TCA j (column j + N n).
+  struct Collocation {
+    double h = -1.0;
+    std::array<Carrier, kPoints> carriers;
+    Eigen::MatrixXd response;
+  };
+
+  void carry(State& state, const Carrier& carrier, const Forcing& forcing);
+  Status advance_with_feedback(State& state, const Drive& drive, double from, double h, double tolerance, int depth);
+  bool solve_powers(const State& state, const Drive& drive, double from, const Forcing& ambient,
+                    const Collocation& collocation, double tolerance);
+  Collocation& collocation(double h, int depth);
+  /// Powers and ambient rise at the start of the drive.
+  Status channels(const Eigen::Ref<const Eigen::VectorXd>& z, const Drive& drive, Channels& input) const;
+
+  ModalModel model_;
+  Loads load_;
+  double unit_;  // amplitudes of a uniform rise of 1 K, together [sqrt(J/K)]
+  Circuit circuit_;
+
+  // Scratch: follows from the arguments of advance and observe alone.
+  Carrier carrier_;
+  std::vector<Collocation> collocations_;  // by depth of halving
+  AtPoints powers_, rises_, conductances_;
+  Eigen::Matrix<double, static_cast<int>(kTcas) * kPoints, 1> base_rises_;
+  Eigen::VectorXd z_, probes_;
+};
+
+}  // namespace thermal

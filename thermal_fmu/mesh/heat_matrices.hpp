@@ -1,0 +1,30 @@
+// The heat problem (Eq. 1, convection of Eq. 3; docs/theory/heat.md) after discretisation in space by spectral elements
+// (Gauss-Lobatto-Legendre nodes, order p):
+//     mass T' = -stiffness T + sum_i mean_i P_i + surface T_ambient,
+// all for the body's length. The source of TCA i is spread evenly over its annulus, so its load is the vector that
+// takes the annulus' mean: T_i = mean_i' T. The surface's load takes its mean too: T_surface = surface' T / (h times
+// its area).
+#pragma once
+
+#include <Eigen/SparseCore>
+#include <vector>
+
+#include "mesh/cross_section.hpp"
+#include "physics/parameters.hpp"
+
+namespace thermal {
+
+struct HeatMatrices {
+  Eigen::VectorXd mass;                   // diagonal [J/K]
+  Eigen::SparseMatrix<double> stiffness;  // with the convection [W/K]; both triangles
+  Eigen::MatrixXd loads;                  // columns mean_1 .. mean_N [1], surface [W/K]
+  double surface_conductance = 0.0;       // h times the surface's area, the sum of `surface` [W/K]
+  std::vector<int> probes;                // nodes of the TCAs and of the surface, where T_max is looked for
+
+  Eigen::Index size() const { return mass.size(); }
+};
+
+/// Fails where check() of the cross-section does, or when an element is folded.
+core::Result<HeatMatrices> heat_matrices(const Parameters& parameters, int order);
+
+}  // namespace thermal

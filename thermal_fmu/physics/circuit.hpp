@@ -1,0 +1,51 @@
+// The TCAs as resistors (Joule heat, Eq. 2):
+//     R_i = R_ref,i [1 + alpha_T (T_i - T_ref) + beta delta_i / L], P_i = V_i^2 / R_i.
+#pragma once
+
+#include <cmath>
+#include <sstream>
+#include <string>
+
+#include "core/status.hpp"
+#include "physics/parameters.hpp"
+
+namespace thermal {
+
+class Circuit {
+ public:
+  explicit Circuit(const Parameters& p)
+      : tca_(p.tca), T_0_(p.T_0), length_(p.body.length), has_feedback_(p.has_feedback()) {}
+
+  bool has_feedback() const { return has_feedback_; }
+
+  /// [ohm]; not positive where the linear law has left its range.
+  double resistance(std::size_t i, double rise, double delta) const {
+    return tca_.R[i] * (1.0 + tca_.alpha_T * (T_0_ + rise - tca_.T_ref) + tca_.beta * delta / length_);
+  }
+
+  /// Writes the power [W]. Fails where the resistance is not positive or the power is not finite.
+  core::Status power(std::size_t i, double voltage, double rise, double delta, double& watt) const {
+    const double ohm = has_feedback_ ? resistance(i, rise, delta) : tca_.R[i];
+    if (!(ohm > 0.0)) return not_positive(i, rise, delta);
+    watt = voltage * voltage / ohm;
+    if (!std::isfinite(watt))
+      return core::Status::discard("the power of TCA " + std::to_string(i + 1) + " is not finite",
+                                   "reduce the voltage");
+    return {};
+  }
+
+  /// The failure of a resistance that is not positive at this temperature rise [K] and displacement [m].
+  core::Status not_positive(std::size_t i, double rise, double delta) const {
+    std::ostringstream what;
+    what << "the resistance of TCA " << i + 1 << " is " << resistance(i, rise, delta) << " ohm at " << T_0_ + rise
+         << " K and delta = " << delta << " m, it must be positive";
+    return core::Status::discard(what.str(), "reduce tca.alpha_T or tca.beta, or the voltage");
+  }
+
+ private:
+  Tca tca_;
+  double T_0_, length_;
+  bool has_feedback_;
+};
+
+}  // namespace thermal

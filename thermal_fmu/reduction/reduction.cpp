@@ -1,0 +1,218 @@
+// Model reduction of the symmetric system x' = -A x + B w, y = B' x (mass-orthonormal coordinates, A = A' > 0).
+//
+// 1. A space V of block rational Krylov type, (A + s)^-1 B at s = 0 and at shifts that are added until its own error
+// bound is
+//    well below the tolerance. s = 0 makes steady states exact, and contains the uniform temperature, so heat is
+//    balanced exactly too.
+// 2. In it, balanced truncation of the map from jumps of w to the way still to go to the steady state,
+//    A^-1 B - A^-1 e^(-A t) B. In coordinates A^(1/2) x this is again symmetric, so one Gramian gives its balanced
+//    directions. The leading ones together with A^-1 B make the final space: a Galerkin projection of a symmetric
+//    system, so stable.
+// 3. Bound. Let F = A V - V L, L = V' A V: F' V = 0. The error of the reduced transfer function is R' (s + A)^-1 R with
+// the
+//    residual R = B - (s + A) V (s + L)^-1 V' B, and R = s F L^-1 (s + L)^-1 V' B because steady states are exact. So a
+//    unit step of channel j moves the error of T_i by the inverse transform of rho_i' s (s + A)^-1 rho_j, where
+//    rho_j(t) = F L^-1 e^(-L t) V' b_j. As |s (s + A)^-1| <= 1 on the imaginary axis, Plancherel's theorem bounds it at
+//    all times by |rho_i| |rho_j| in L2, a closed form in the eigenvalues of L. It is quadratic in the residual and
+//    holds against the unreduced mesh, whatever the shifts were.
+#include <Eigen/Eigenvalues>
+#include <Eigen/SparseCholesky>
+#include <cmath>
+#include <vector>
+
+#include "reduction/modal_model.hpp"
+
+namespace thermal {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using SparseMatrix = Eigen::SparseMatrix<double>;
+
+/// Orthonormal basis, grown by blocks; directions that add nothing beyond rounding are dropped.
+class Basis {
+ public:
+  explicit Basis(Index rows) : columns_(rows, 0) {}
+
+  void add(const MatrixXd& block) {
+    for (Index j = 0; j < block.cols(); ++j) {
+      VectorXd v = block.col(j).normalized();
+      for (int pass = 0; pass < 2; ++pass) v -= columns_ * (columns_.transpose() * v);
+      const double rest = v.norm();
+      if (rest < kDropped) continue;
+      v /= rest;
+      v -= columns_ * (columns_.transpose() * v);
+      columns_.conservativeResize(Eigen::NoChange, columns_.cols() + 1);
+      columns_.rightCols(1) = v.normalized();
+    }
+  }
+  const MatrixXd& columns() const { return columns_; }
+
+ private:
+  static constexpr double kDropped = 1e-10;
+  MatrixXd columns_;
+};
+
+/// A projected system in its eigenvectors, with the Gram matrix F' F of its residual.
+struct Projection {
+  VectorXd rate;
+  MatrixXd load;
+  MatrixXd vectors;  // of the projected matrix
+  MatrixXd residual_gram;
+
+  /// |rho_j| in L2 for every channel.
+  VectorXd residual_norms() const {
+    VectorXd norms(load.cols());
+    for (Index c = 0; c < load.cols(); ++c) {
+      const VectorXd weight = load.col(c).cwiseQuotient(rate);
+      double sum = 0.0;
+      for (Index k = 0; k < rate.size(); ++k)
+        for (Index l = 0; l < rate.size(); ++l)
+          sum += weight[k] * weight[l] * residual_gram(k, l) / (rate[k] + rate[l]);
+      norms[c] = std::sqrt(std::max(sum, 0.0));
+    }
+    return norms;
+  }
+};
+
+Projection project(const SparseMatrix& a, const MatrixXd& b, const MatrixXd& basis) {
+  const MatrixXd image = a * basis;
+  const MatrixXd small = basis.transpose() * image;
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(small);
+  Projection p{
+      eigen.eigenvalues(), eigen.eigenvectors().transpose() * (basis.transpose() * b), eigen.eigenvectors(), {}};
+  const MatrixXd residual = (image - basis * small) * p.vectors;
+  p.residual_gram = residual.transpose() * residual;
+  return p;
+}
+
+/// The subspace W (orthonormal columns) of an already projected system.
+Projection project(const Projection& from, const MatrixXd& w) {
+  const MatrixXd small = w.transpose() * from.rate.asDiagonal() * w;
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(small);
+  Projection p{eigen.eigenvalues(), {}, w * eigen.eigenvectors(), {}};
+  p.load = p.vectors.transpose() * from.load;
+  const MatrixXd inner = from.rate.asDiagonal() * p.vectors - p.vectors * p.rate.asDiagonal();
+  p.residual_gram = p.vectors.transpose() * from.residual_gram * p.vectors + inner.transpose() * inner;
+  return p;
+}
+
+/// Largest bound of the heated TCAs' own step errors, relative to their steady rises.
+double relative_bound(const Projection& p, const VectorXd& steady_rise) {
+  const VectorXd norms = p.residual_norms();
+  double largest = 0.0;
+  for (Index i = 0; i < static_cast<Index>(kTcas); ++i)
+    largest = std::max(largest, norms[i] * norms[i] / steady_rise[i]);
+  return largest;
+}
+
+/// Points of (0, 1), each in the widest gap of those before: van der Corput's sequence.
+double spread(int index) {
+  double x = 0.0, digit = 0.5;
+  for (int rest = index + 1; rest > 0; rest /= 2, digit /= 2) x += digit * (rest % 2);
+  return x;
+}
+
+class Krylov {
+ public:
+  explicit Krylov(const HeatMatrices& m)
+      : root_(m.mass.cwiseSqrt()), a_(m.stiffness), b_(root_.cwiseInverse().asDiagonal() * m.loads) {
+    a_ = (root_.cwiseInverse().asDiagonal() * m.stiffness * root_.cwiseInverse().asDiagonal()).eval();
+    factor_.analyzePattern(a_);
+  }
+
+  const SparseMatrix& a() const { return a_; }
+  const MatrixXd& b() const { return b_; }
+  const VectorXd& root() const { return root_; }
+
+  MatrixXd solve(double shift) {
+    factor_.setShift(shift);
+    factor_.factorize(a_);
+    return factor_.solve(b_);
+  }
+
+ private:
+  VectorXd root_;
+  SparseMatrix a_;
+  MatrixXd b_;
+  Eigen::SimplicialLDLT<SparseMatrix> factor_;
+};
+
+}  // namespace
+
+ModalModel reduced(const HeatMatrices& matrices, double tolerance) {
+  Krylov krylov(matrices);
+  const MatrixXd steady = krylov.solve(0.0);
+  const VectorXd steady_rise = (krylov.b().transpose() * steady).diagonal();
+
+  // 1. Krylov space. Shifts span from the slowest rates to those of heat crossing the thinnest length that still
+  // matters.
+  const double slowest = steady_rise[0] / steady.col(0).squaredNorm();
+  const double lowest = 0.3 * slowest, highest = 3e4 * slowest;
+  Basis basis(matrices.size());
+  basis.add(steady);
+  constexpr int kFirst = 7, kMost = 40;
+  Projection whole;
+  for (int shifts = 0; shifts < kMost;) {
+    const int until = shifts == 0 ? kFirst : shifts + 2;
+    for (; shifts < until; ++shifts) {
+      basis.add(krylov.solve(lowest * std::pow(highest / lowest, spread(shifts))));
+    }
+    whole = project(krylov.a(), krylov.b(), basis.columns());
+    if (relative_bound(whole, steady_rise) < 0.1 * tolerance) break;
+  }
+
+  // 2. Balanced directions. The surroundings' channel, slow and smooth, counts a tenth of a TCA's.
+  MatrixXd scaled = whole.load;
+  scaled.rightCols(1) *= 0.1 * std::sqrt(steady_rise.head(kTcas).maxCoeff() / steady_rise[kChannels - 1]);
+  const Index n = whole.rate.size();
+  MatrixXd gramian(n, n);
+  for (Index k = 0; k < n; ++k)
+    for (Index l = 0; l < n; ++l)
+      gramian(k, l) = scaled.row(k).dot(scaled.row(l)) /
+                      (std::sqrt(whole.rate[k] * whole.rate[l]) * (whole.rate[k] + whole.rate[l]));
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> balanced(gramian);
+  const VectorXd strength = balanced.eigenvalues().reverse();
+  const MatrixXd directions =
+      whole.rate.cwiseSqrt().cwiseInverse().asDiagonal() * balanced.eigenvectors().rowwise().reverse();
+  const MatrixXd steady_small = whole.rate.cwiseInverse().asDiagonal() * whole.load;
+
+  // 3. The fewest directions that keep the bound; directions of equal strength (symmetry) stay together.
+  std::vector<Index> cuts;
+  for (Index r = 1; r < n; ++r)
+    if (strength[r] < (1.0 - 1e-5) * strength[r - 1]) cuts.push_back(r);
+  cuts.push_back(n);
+  const auto truncated = [&](Index r) {
+    Basis small(n);
+    small.add(steady_small);
+    small.add(directions.leftCols(r));
+    return project(whole, small.columns());
+  };
+  std::size_t low = 0, high = cuts.size() - 1;
+  while (low < high) {
+    const std::size_t middle = (low + high) / 2;
+    if (relative_bound(truncated(cuts[middle]), steady_rise) <= tolerance) {
+      high = middle;
+    } else {
+      low = middle + 1;
+    }
+  }
+  const Projection kept = truncated(cuts[low]);
+
+  const MatrixXd lifted = basis.columns() * (whole.vectors * kept.vectors);
+  ModalModel model;
+  model.rate = kept.rate;
+  model.load = kept.load;
+  model.capacity = lifted.transpose() * krylov.root();
+  model.probe.resize(static_cast<Index>(matrices.probes.size()), model.size());
+  for (Index i = 0; i < model.probe.rows(); ++i) {
+    model.probe.row(i) = lifted.row(matrices.probes[i]) / krylov.root()[matrices.probes[i]];
+  }
+  const VectorXd norms = kept.residual_norms();
+  model.step_bound = norms.head(kTcas) * norms.transpose();
+  model.surface_conductance = matrices.surface_conductance;
+  return model;
+}
+
+}  // namespace thermal
