@@ -10,7 +10,7 @@ Flow: scene -> master -> subsystems -> results -> charts; nothing later in it is
 
 from .api import Overrides, read, run
 from .errors import CosimError, CouplingError, SceneError, SubsystemError
-from .results.dataset import write
+from .results import write
 from .scene import Coupling, Scene, titles
 from .visualization.accessor import GifImage, ResultAccessor
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-__all__ = ["CosimError", "CouplingError", "SceneError", "SubsystemError"]
+__all__ = ["CosimError", "CouplingError", "SceneError", "SubsystemError", "TerminationRequest"]
 
 
 class CosimError(Exception):
@@ -34,6 +34,15 @@ class SubsystemError(CosimError):
         super().__init__(text)
         self.reached = reached
         self.fatal = fatal
+
+
+class TerminationRequest(SubsystemError):  # noqa: N818 - no error
+    """An FMU ends the simulation (fmi2Discard with fmi2Terminated = true): no failure; reached: when [s]."""
+
+    reached: float
+
+    def __init__(self, text: str, reached: float) -> None:
+        super().__init__(text, reached)
 
 
 @dataclass

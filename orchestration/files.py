@@ -17,8 +17,10 @@ __all__ = ["atomic_write", "save_figure"]
 
 @contextlib.contextmanager
 def atomic_write(path: Path) -> Iterator[Path]:
-    """A draft of the same name to write into, in a folder beside; at the end it takes the place of `path`. Folders that
-    are missing are made."""
+    """Yield a draft of the same name in a folder beside; at the end of the context it replaces `path`.
+
+    Missing folders are made. Where the context raises, `path` stays as it was.
+    """
     path.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=path.parent, prefix=".writing-") as folder:
         draft = Path(folder) / path.name
@@ -29,7 +31,7 @@ def atomic_write(path: Path) -> Iterator[Path]:
 def save_figure(
     figure: Figure, folder: Path, name: str, endings: Sequence[str] = ("png", "svg"), dpi: int = 110
 ) -> list[Path]:
-    """folder/name.ending for each ending; the files written."""
+    """Write folder/name.ending for each ending; return the files written."""
     paths = [folder / f"{name}.{ending}" for ending in endings]
     for path in paths:
         with atomic_write(path) as draft:

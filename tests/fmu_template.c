@@ -107,6 +107,7 @@ static fmi2Status integrate(Model* m, double length) {
 
 static fmi2Status advance(Model* m, double t, double h) {
   VALUES
+  int no_state_before = m->no_state_before;
   /*STEP*/
   return fmi2OK;
 }

@@ -13,7 +13,7 @@ from scipy.integrate import solve_ivp
 from tca_cosim import CosimError, read
 from tca_cosim import scene as scenes
 from tca_cosim.cosim.signals import Constant, Impulse, Ramps, Sine, Steps
-from tca_cosim.fmi.archive import kept
+from tca_cosim.fmi.archive import cached_archive
 from tca_cosim.studies import model_selection
 from tca_cosim.studies.model_selection.dimensionless_numbers import (
     dimensionless_numbers,
@@ -99,7 +99,7 @@ def test_how_long_a_load_takes_to_grow(signal: object, expected: float) -> None:
     ],
 )
 def test_what_stays_cold(scene: str, overrides: list[str], expected: bool) -> None:
-    assert is_unheated(scenes.read(scene, overrides, kept)) is expected
+    assert is_unheated(scenes.read(scene, overrides, cached_archive)) is expected
 
 
 def test_dimensionless_numbers_propose_levels() -> None:
@@ -132,7 +132,7 @@ def test_dimensionless_numbers_propose_levels() -> None:
     ],
 )
 def test_planes_that_everything_mirrors_in(scene: str, overrides: list[str], degrees: float | None) -> None:
-    found = symmetry_plane(scenes.read(scene, overrides, kept))
+    found = symmetry_plane(scenes.read(scene, overrides, cached_archive))
     assert found is None if degrees is None else math.degrees(found) == pytest.approx(degrees)
 
 
@@ -141,13 +141,16 @@ def test_planes_that_everything_mirrors_in(scene: str, overrides: list[str], deg
 
 def test_every_level_is_what_the_fmus_allow() -> None:
     """A choice made on the scene is the scene read with its settings."""
-    scene = scenes.read("step", archive=kept)
+    scene = scenes.read("step", archive=cached_archive)
     hierarchies = model_hierarchies(scene)
     for hierarchy in hierarchies:
         for level in range(len(hierarchy.levels)):
             choice = {**dict.fromkeys((a.name for a in hierarchies), 0), hierarchy.name: level}
             lines = [f"{key}={json.dumps(value)}" for key, value in choice_settings(scene, choice).items()]
-            again, chosen = scenes.read("step", ["rod.closure=inside", *lines], kept), apply_choice(scene, choice)
+            again, chosen = (
+                scenes.read("step", ["rod.closure=inside", *lines], cached_archive),
+                apply_choice(scene, choice),
+            )
             assert [m.parameters for m in chosen.members] == [m.parameters for m in again.members]
             assert chosen.coupling == again.coupling
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import tracemalloc
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ import pytest
 import tca_cosim as tca
 import xarray as xr
 from tca_cosim import results
+from tca_cosim.results.comparison import compare
 
 
 @pytest.fixture(scope="module")
@@ -90,3 +92,42 @@ def test_a_run_that_fails_keeps_what_it_had() -> None:
     assert partial.attrs["status"].startswith("partial: coupling failed")
     assert 1 <= partial.sizes["time"] < 11
     assert np.isfinite(partial["rod.delta"]).all()
+
+
+def rows(times: np.ndarray, values: np.ndarray, unit: str = "m") -> xr.Dataset:
+    return xr.Dataset({"a.y": ("time", values, {"units": unit})}, {"time": times})
+
+
+def test_comparison_takes_the_common_times() -> None:
+    """Against a plain loop over all pairs of times."""
+    rng = np.random.default_rng(4)
+    for size in (1, 2, 7, 40):
+        one = np.sort(rng.choice(60, size, replace=False)) * 0.1
+        other = np.sort(rng.choice(60, size, replace=False)) * 0.1 * (1.0 + 1e-13)
+        pairs = [(k, n) for k, a in enumerate(one) for n, b in enumerate(other) if abs(a - b) < 1e-9 * one[-1]]
+        a, b = rows(one, rng.random(size)), rows(other, rng.random(size))
+        if not pairs:
+            with pytest.raises(ValueError, match="nothing to compare"):
+                compare(a, b)
+            continue
+        gaps = np.array([a["a.y"].values[k] - b["a.y"].values[n] for k, n in pairs])
+        [difference] = compare(a, b)
+        assert difference.most == pytest.approx(np.abs(gaps).max())
+        assert difference.rms == pytest.approx(np.sqrt((gaps**2).mean()))
+        assert difference.time == one[pairs[int(np.abs(gaps).argmax())][0]]
+
+
+def test_comparison_needs_memory_for_the_rows_alone() -> None:
+    count = 100_000
+    a, b = (rows(np.arange(count) * 1e-3, np.full(count, value)) for value in (1.0, 1.5))
+    tracemalloc.start()
+    [difference] = compare(a, b)
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert difference.most == 0.5
+    assert peak < 300 * count  # bytes; a matrix of all pairs of times has 80 GB
+
+
+def test_angles_differ_modulo_a_turn() -> None:
+    a, b = (rows(np.array([0.0]), np.array([value]), "rad") for value in (3.1, -3.1))
+    assert compare(a, b)[0].most == pytest.approx(2 * np.pi - 6.2)

@@ -129,7 +129,7 @@ def test_many_instances_keep_apart(archive: Archive) -> None:
     assert tips[0] != tips[1] != tips[2]
     with pytest.raises(SubsystemError, match="rod"):
         slaves[1].set_inputs(np.full((4, 3), np.nan))
-    assert slaves[0].messages() == slaves[2].messages() == []
+    assert slaves[0].warnings() == slaves[2].warnings() == ()
     for slave in slaves:
         slave.close()
 

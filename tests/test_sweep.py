@@ -21,7 +21,7 @@ from scipy import stats
 from scipy.stats import qmc
 from tca_cosim import CosimError, results
 from tca_cosim.files import save_figure
-from tca_cosim.fmi.archive import find_fmu, kept
+from tca_cosim.fmi.archive import cached_archive, find_fmu
 from tca_cosim.parallel import serial, spread
 from tca_cosim.studies import sweep
 from tca_cosim.studies.sweep import chart, design, sensitivity
@@ -187,13 +187,13 @@ def test_saltelli_gives_both_orders(tmp_path: Path) -> None:
 
 def test_archives_stay_open_between_runs_until_their_file_changes(tmp_path: Path) -> None:
     path = Path(shutil.copy(find_fmu("rod.fmu"), tmp_path))
-    archive = kept(path)
+    archive = cached_archive(path)
     folder = archive.extract()
     archive.close()
     assert folder.is_dir()
-    assert kept(path) is archive
+    assert cached_archive(path) is archive
     os.utime(path, (0, 0))
-    assert kept(path) is not archive
+    assert cached_archive(path) is not archive
 
 
 # -- going on

@@ -22,7 +22,7 @@ from tca_cosim.benchmarks.work_precision.series import plan
 from tca_cosim.benchmarks.work_precision.solvers import SOLVERS, CoSimulation, LateError
 from tca_cosim.benchmarks.work_precision.truth import solve as solve_truth
 from tca_cosim.errors import CosimError, CouplingError
-from tca_cosim.fmi.archive import kept
+from tca_cosim.fmi.archive import cached_archive
 from tca_cosim.scene import read
 from tca_cosim.verification import reference
 from test_cli import tca
@@ -116,7 +116,7 @@ def test_every_solver_has_a_series_and_every_scene_points_of_every_panel() -> No
         trials = own.of(scene)
         assert {trial.panel for trial in trials} == set(own.panels)
         for trial in trials:
-            read(name, trial.overrides, kept)  # refuses what does not exist
+            read(name, trial.overrides, cached_archive)  # refuses what does not exist
 
 
 @pytest.mark.parametrize(

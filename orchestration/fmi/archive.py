@@ -1,71 +1,67 @@
-"""An FMU file: its variables as the XML declares them, and its binary, extracted once into a folder that is removed
+"""An FMU file: its variables as the XML declares them, and its content, extracted into folders that are removed
 again."""
 
 from __future__ import annotations
 
+import contextlib
+import ctypes
 import difflib
 import hashlib
 import io
-import math
+import os
 import tempfile
 import zipfile
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from importlib import resources
 from pathlib import Path
-from typing import Any, BinaryIO
 
 import fmpy
-from fmpy.model_description import ModelDescription, ModelVariable, read_model_description
+from fmpy.model_description import ModelDescription, read_model_description
+from lxml import etree
 
 from ..errors import SceneError
+from .unpacking import containing_file, extract, open_archive, read_member
+from .variables import Value, Variable, read_variables
+from .vectors import Vector, find_vectors
 
-__all__ = ["Archive", "Variable", "find_fmu", "kept", "similar"]
+__all__ = ["Archive", "Value", "Variable", "cached_archive", "find_fmu", "similar"]
 
-
-@dataclass(frozen=True)
-class Variable:
-    """One row of modelDescription.xml; everything in the variable's own unit."""
-
-    name: str
-    reference: int
-    type: str  # Real, Integer, Boolean, Enumeration, String
-    causality: str
-    variability: str
-    description: str
-    unit: str
-    dimension: Mapping[str, int] = field(repr=False)  # exponents of SI base units, {} where unknown or 1
-    nominal: float = 1.0
-    least: float = -math.inf
-    most: float = math.inf
-    start: float | int | bool | str | None = None
-    items: tuple[str, ...] = ()  # of an enumeration; item k has the value k + 1
-    measured: bool = True  # whether the XML declares a unit; where it does not, unit is "1"
-    factor: float = 1.0  # value in SI base units = factor * value + offset
-    offset: float = 0.0
+MAX_PREFIX = 40  # characters of an FMU's name in that of its folder: file systems allow 255 bytes in all
+# FMUs of these tools keep no state outside their instances, so that instances may share one loaded library.
+REENTRANT_TOOLS = ("tca-cosim",)
 
 
 class Archive:
-    """path: the .fmu file, or that of one inside another archive, system.ssp/resources/rod.fmu. Use as a context
-    manager, or close()."""
+    """An FMI 2.0 FMU for co-simulation; a context manager that removes what was extracted.
+
+    Parameters
+    ----------
+    path
+        The .fmu file, or that of one inside another archive: system.ssp/resources/rod.fmu.
+
+    Raises
+    ------
+    SceneError
+        The file cannot be read, is made for another version, or has no co-simulation.
+    """
 
     def __init__(self, path: Path) -> None:
         self.path = path
         try:
-            # The schema is checked by whoever makes the FMU; a scene needs only what is read below.
-            with _opened(path) as file:
-                self.description: ModelDescription = read_model_description(file, validate=False)
-        except Exception as error:
-            raise SceneError(f"{path}: not a readable FMU ({error})") from error
+            self.description, root = _read(path)
+        except Exception as error:  # parsers fail in many ways
+            raise SceneError(f"{path}: not a readable FMU ({_reason(error)})") from error
         version = self.description.fmiVersion
         if self.description.fmiMajorVersion != 2:
             raise SceneError(f"{path}: made for FMI {version}; export it for FMI 2.0, as co-simulation")
         if self.description.coSimulation is None:
             raise SceneError(f"{path}: made for FMI {version} without co-simulation; export it as co-simulation")
         units = {unit.name: unit.baseUnit for unit in self.description.unitDefinitions}
-        self.variables = {v.name: _variable(v, units) for v in self.description.modelVariables}
-        self._folder: tempfile.TemporaryDirectory[str] | None = None
+        try:
+            self.variables: dict[str, Variable] = read_variables(root, units)
+        except SceneError as error:
+            raise SceneError(f"{path}: {error}") from error
+        self._folders: list[tempfile.TemporaryDirectory[str]] = []
 
     @property
     def guid(self) -> str:
@@ -73,31 +69,60 @@ class Archive:
 
     @cached_property
     def digest(self) -> str:
-        """Of the file's content."""
-        with _opened(self.path) as file:
+        """Hash of the file's content."""
+        with open_archive(self.path) as file:
             return hashlib.sha256(file.read()).hexdigest()
 
     @cached_property
+    def arrays(self) -> dict[str, Vector]:
+        """Base name -> vector or matrix of that name."""
+        return find_vectors(self.variables)
+
+    @cached_property
     def vectors(self) -> dict[str, tuple[str, ...]]:
-        """Base name -> names of its elements in order, for structured names such as T[1], shape.p[2,3]."""
-        found: dict[str, list[str]] = {}
-        for name in self.variables:
-            if name.endswith("]"):
-                found.setdefault(name[: name.rindex("[")], []).append(name)
-        return {base: tuple(names) for base, names in found.items()}
+        """Base name -> names of the elements in the order of their indices."""
+        return {base: vector.elements for base, vector in self.arrays.items()}
+
+    @property
+    def reentrant(self) -> bool:
+        """Whether instances may share one loaded library."""
+        return (self.description.generationTool or "").startswith(REENTRANT_TOOLS)
 
     def extract(self) -> Path:
-        """The folder with the unpacked FMU."""
-        if self._folder is None:
-            self._folder = tempfile.TemporaryDirectory(prefix=f"{self.path.stem}-")
-            with _opened(self.path) as file:
-                fmpy.extract(file, unzipdir=self._folder.name)
-        return Path(self._folder.name)
+        """Return a folder with the unpacked FMU, the same at each call."""
+        if not self._folders:
+            self._add_folder()
+        return Path(self._folders[0].name)
+
+    def extract_for_instance(self, identifier: str) -> Path:
+        """Return a folder with the unpacked FMU whose library `identifier` is not loaded in this process.
+
+        Instances of one loaded library share its global variables; each instance of an FMU that is not known to be
+        reentrant therefore loads a copy of its own.
+        """
+        if self.reentrant:
+            return self.extract()
+        for folder in self._folders:
+            if not _loaded(library_path(Path(folder.name), identifier)):
+                return Path(folder.name)
+        return self._add_folder()
+
+    def _add_folder(self) -> Path:
+        prefix = self.path.stem.encode("ascii", "replace").decode().replace("?", "_")[:MAX_PREFIX]
+        folder = tempfile.TemporaryDirectory(prefix=f"{prefix}-", ignore_cleanup_errors=True)
+        try:
+            with open_archive(self.path) as file:
+                extract(file, Path(folder.name))
+        except (OSError, ValueError, zipfile.BadZipFile) as error:
+            folder.cleanup()
+            raise SceneError(f"{self.path}: cannot be extracted ({_reason(error)})") from error
+        self._folders.append(folder)
+        return Path(folder.name)
 
     def close(self) -> None:
-        if self._folder is not None:
-            self._folder.cleanup()
-            self._folder = None
+        """Remove what was extracted."""
+        while self._folders:
+            self._folders.pop().cleanup()
 
     def __enter__(self) -> Archive:
         return self
@@ -106,92 +131,96 @@ class Archive:
         self.close()
 
 
-class _Kept(Archive):
-    """Stays extracted until the process ends."""
+class _CachedArchive(Archive):
+    """An archive that stays extracted until the process ends."""
 
     def close(self) -> None:
         pass
 
 
-def kept(path: Path) -> Archive:
-    """The archive of that file, read and extracted once per process and file content: for many runs."""
-    about = _container(path).stat()
-    return _kept(path, about.st_mtime_ns, about.st_size)
+def cached_archive(path: Path) -> Archive:
+    """Return the archive of that file, read and extracted once per process and file content: for many runs."""
+    status = containing_file(path).stat()
+    return _cached_archive(path, status.st_mtime_ns, status.st_size)
 
 
 @lru_cache(maxsize=16)
-def _kept(path: Path, changed: int, size: int) -> Archive:
-    return _Kept(path)
+def _cached_archive(path: Path, modified: int, size: int) -> Archive:
+    return _CachedArchive(path)
+
+
+def library_path(folder: Path, identifier: str) -> Path:
+    """Return the file of the shared library in an unpacked FMU."""
+    return folder / "binaries" / str(fmpy.platform) / f"{identifier}{fmpy.sharedLibraryExtension}"
 
 
 def find_fmu(name: str, near: Path | None = None) -> Path:
-    """The file of an FMU: a path (relative ones from the folder `near`; also into an SSP archive), or the name of one
-    that comes with this package."""
+    """Return the file of an FMU.
+
+    Parameters
+    ----------
+    name
+        A path, also into an SSP archive, or the name of an FMU that comes with this package.
+    near
+        Folder from which relative paths start; default: the working folder.
+
+    Raises
+    ------
+    SceneError
+        There is none.
+    """
     shipped = [Path(str(resources.files(__package__.rpartition(".")[0]))) / "_fmus", Path(__file__).parents[2] / "fmus"]
-    places = [near or Path.cwd(), *shipped]
-    for place in places:
-        if _container(place / name).is_file():
-            return (place / name).resolve()
-    there = [file.name for place in places if place.is_dir() for file in place.glob("*.fmu")]
-    hint = "run `make fmus` to build thermal.fmu and rod.fmu" if not there else similar(name, there)
-    raise SceneError(f"no FMU {name!r} in {', '.join(str(place) for place in places)}; {hint}")
+    folders = [near or Path.cwd(), *shipped]
+    for folder in folders:
+        with contextlib.suppress(OSError):  # a name too long for the file system is no file
+            if containing_file(folder / name).is_file():
+                return (folder / name).resolve()
+    known = [file.name for folder in folders if folder.is_dir() for file in folder.glob("*.fmu")]
+    hint = similar(name, known) if known else "run `make fmus` to build thermal.fmu and rod.fmu"
+    raise SceneError(f"no FMU {name!r} in {', '.join(str(folder) for folder in folders)}; {hint}")
 
 
 def similar(word: str, known: list[str] | tuple[str, ...]) -> str:
-    """A remedy for a word that is not known."""
+    """Return the remedy for a word that is not known: the nearest one, or all that are allowed."""
     close = difflib.get_close_matches(word, known, n=1)
     return f"did you mean {close[0]!r}?" if close else f"allowed: {', '.join(sorted(known))}"
 
 
-def _container(path: Path) -> Path:
-    """The file on disk: the path itself, or the archive that it leads into."""
-    return next((place for place in path.parents if place.is_file()), path)
+def _read(path: Path) -> tuple[ModelDescription, etree._Element]:
+    """Read modelDescription.xml. Its schema is checked by whoever makes the FMU; a scene needs only what is read
+    here."""
+    with open_archive(path) as file:
+        try:
+            content = read_member(file, "modelDescription.xml")
+        except KeyError as error:
+            raise ValueError(f"no modelDescription.xml at its top; {_misplaced(path)}") from error
+    root = etree.fromstring(content, etree.XMLParser(resolve_entities=False, no_network=True, huge_tree=True))
+    plain = io.BytesIO()
+    with zipfile.ZipFile(plain, "w") as archive:
+        archive.writestr("modelDescription.xml", content)
+    return read_model_description(plain, validate=False), root
 
 
-def _opened(path: Path) -> BinaryIO:
-    place = _container(path)
-    if place == path:
-        return path.open("rb")
-    with zipfile.ZipFile(place) as archive:
-        return io.BytesIO(archive.read(path.relative_to(place).as_posix()))
+def _misplaced(path: Path) -> str:
+    """Say where modelDescription.xml lies instead."""
+    with open_archive(path) as file, zipfile.ZipFile(file) as archive:
+        names = [name for name in archive.namelist() if name.replace("\\", "/").endswith("/modelDescription.xml")]
+    return f"it lies at {names[0]}; zip the content of that folder" if names else "export the FMU again"
 
 
-def dimension(base: Any) -> dict[str, int]:
-    """Exponents of the SI base units in a BaseUnit of FMI or SSP; {} for 1 or nothing known."""
-    if base is None:
-        return {}
-    return {unit: getattr(base, unit) for unit in ("kg", "m", "s", "A", "K", "mol", "cd", "rad") if getattr(base, unit)}
+def _reason(error: Exception) -> str:
+    """Return the text of an error without line breaks, with its kind where it has none."""
+    return " ".join(str(error).split()) or type(error).__name__
 
 
-_READERS: dict[str, Callable[[str], float | int | bool | str]] = {
-    "Real": float,
-    "Integer": int,
-    "Enumeration": int,
-    "Boolean": lambda text: text in ("true", "1"),
-}
-
-
-def _variable(v: ModelVariable, units: Mapping[str, Any]) -> Variable:
-    def attribute(name: str) -> str | None:
-        own = getattr(v, name, None)
-        return own if own is not None or v.declaredType is None else getattr(v.declaredType, name, None)
-
-    start = None if v.start is None else _READERS.get(v.type, str)(v.start)
-    return Variable(
-        name=v.name,
-        reference=v.valueReference,
-        type=v.type,
-        causality=v.causality,
-        variability=v.variability,
-        description=v.description or "",
-        unit=attribute("unit") or "1",
-        dimension=dimension(base := units.get(attribute("unit") or "")),
-        factor=1.0 if base is None else float(base.factor),
-        offset=0.0 if base is None else float(base.offset),
-        nominal=abs(float(attribute("nominal") or 1.0)) or 1.0,  # some exporters write 0, which FMI does not allow
-        least=float(attribute("min") or -math.inf),
-        most=float(attribute("max") or math.inf),
-        start=start,
-        items=tuple(item.name for item in v.declaredType.items) if v.declaredType else (),
-        measured=attribute("unit") is not None,
-    )
+def _loaded(library: Path) -> bool:
+    """Whether a shared library is loaded in this process; True where the system does not tell."""
+    flag = getattr(os, "RTLD_NOLOAD", None)
+    if flag is None:
+        return True
+    try:
+        handle = ctypes.CDLL(str(library), mode=flag)._handle
+    except OSError:
+        return False
+    fmpy.freeLibrary(handle)  # asking counts as a use
+    return True

@@ -1,74 +1,60 @@
-"""One instance of an FMI 2.0 FMU through fmpy's bindings: what both of its interfaces need. Value references, buffers
-and function pointers are prepared once; a call that fails raises SubsystemError with what the FMU logged."""
+"""One instance of an FMI 2.0 FMU through fmpy's bindings: what both of its interfaces need.
+
+A call that fails raises SubsystemError with what the FMU logged; warnings are counted (log.py)."""
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
-import itertools
-import weakref
+import math
+import os
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, ClassVar
 
+import fmpy
 import fmpy.fmi2 as fmi2
 import numpy as np
-from fmpy.fmi1 import FMICallException, printLogMessage
+from fmpy.fmi1 import FMICallException
 from fmpy.logging import addLoggerProxy
 from fmpy.model_description import CoSimulation, ModelExchange
 
 from ..cosim.subsystem import Port
 from ..errors import SubsystemError
-from .archive import Archive, Variable
+from .archive import Archive, library_path
+from .log import RECEIVER, Log, Warned
+from .values import Group
+from .variables import TYPES, Value, Variable
 
-__all__ = ["Group", "Instance", "Value"]
+__all__ = ["Instance", "Value"]
 
-Value = float | int | bool | str
 _CHATTER = ("logEvents", "logSingularLinearSystems", "logNonlinearSystems", "logDynamicStateSelection")  # FMI's names
 
 
-class _Log:
-    """What one instance logged since the last look."""
-
-    _open: ClassVar[weakref.WeakValueDictionary[int, _Log]] = weakref.WeakValueDictionary()
-    _keys = itertools.count(1)
-
-    def __init__(self) -> None:
-        self.messages: list[str] = []
-        self.key = next(self._keys)
-        self._open[self.key] = self
-
-    @classmethod
-    def receive(cls, environment: int | None, instance: bytes, status: int, category: bytes, message: bytes) -> None:
-        # fmpy's proxy keeps one receiver per process, so messages of instances that are not ours come here as well.
-        log = cls._open.get(environment or 0)
-        if log is None:
-            printLogMessage(environment, instance, status, category, message)
-        elif status != fmi2.fmi2OK:
-            log.messages.append(message.decode("utf-8", "replace").replace("##", "#"))
-
-    def take(self) -> str:
-        text = "; ".join(dict.fromkeys(self.messages)) or "nothing was logged"
-        self.messages.clear()
-        return text
-
-
-_receive = fmi2.fmi2CallbackLoggerTYPE(_Log.receive)
-
-
-class Group:
-    """Real variables that are read or written together."""
-
-    def __init__(self, variables: Sequence[Variable]) -> None:
-        self.size = len(variables)
-        self.references = (fmi2.fmi2ValueReference * self.size)(*(v.reference for v in variables))
-        self.count = ctypes.c_size_t(self.size)
-        self.values = np.zeros(self.size)
-        self.buffer = (fmi2.fmi2Real * self.size).from_buffer(self.values)
-        self.first_order = (fmi2.fmi2Integer * self.size)(*[1] * self.size)
-
-
 class Instance:
-    """parameters: name -> value in the variable's own unit, set before initialisation; inputs, outputs: names of the
-    variables that are driven and read; recorded: names of those that record() reads."""
+    """An instance of an FMU, loaded and with its parameters set.
+
+    Parameters
+    ----------
+    archive
+        The FMU.
+    name
+        Name of the instance.
+    parameters
+        Name -> value in the variable's own unit, set before initialisation.
+    inputs, outputs
+        Names of the variables that are driven and read.
+    recorded
+        Names of the variables that record() reads.
+    start, stop
+        Start and stop time of the experiment [s].
+    tolerance
+        Relative tolerance of the experiment; None: the FMU's own.
+
+    Raises
+    ------
+    SubsystemError
+        The FMU cannot be loaded or refuses a value.
+    """
 
     kind: ClassVar[type[fmi2.FMU2Slave] | type[fmi2.FMU2Model]]
 
@@ -82,112 +68,153 @@ class Instance:
         recorded: Sequence[str] = (),
         start: float = 0.0,
         stop: float | None = None,
+        tolerance: float | None = None,
     ) -> None:
-        description = archive.description
-        about = description.coSimulation if self.kind is fmi2.FMU2Slave else description.modelExchange
-        variables = archive.variables
+        description, variables = archive.description, archive.variables
+        interface = description.coSimulation if self.kind is fmi2.FMU2Slave else description.modelExchange
         self.name = name
-        self.inputs = tuple(_port(variables[v]) for v in inputs)
-        self.outputs = tuple(_port(variables[v]) for v in outputs)
-        self._start, self._stop = start, stop
-        self._driven = Group([variables[v] for v in inputs])
-        self._wired = Group([variables[v] for v in outputs])
+        self.inputs = tuple(_port(name, variables[v]) for v in inputs)
+        self.outputs = tuple(_port(name, variables[v]) for v in outputs)
+        self._driven_variables = [variables[v] for v in inputs]
+        self._wired_variables = [variables[v] for v in outputs]
+        self._recorded_names = tuple(recorded)
+        self._driven = Group(self._driven_variables)
+        self._wired = Group(self._wired_variables)
         self._recorded = Group([variables[v] for v in recorded])
-        self._log = _Log()
-        self._states: set[int | None] = set()
+        self._log = Log(name)
+        self._log.time = start
+        self._steps = 0  # accepted since the start, less those taken back
+        self._states: dict[int | None, int] = {}  # live state -> number of steps at which it was saved
         self._overwrites = True  # whether fmi2GetFMUstate writes over the handle it is given
         self._dead = ""  # why, after fmi2Fatal: nothing may be called any more
         self._initialising = False
-        try:
-            self._fmu = self.kind(
-                guid=archive.guid,
-                unzipDirectory=str(archive.extract()),
-                modelIdentifier=about.modelIdentifier,
-                instanceName=name,
-            )
-        except Exception as error:  # a binary for this platform is missing, or a library that it needs
-            raise SubsystemError(f"{name}: {archive.path} cannot be loaded here: {error}") from error
+        self._fmu: Any = self._load(archive, interface)
         self.library: Any = _untyped(self._fmu.dll)
-        self._prepare(about)
+        self._prepare(interface)
         try:
-            self._instantiate([category.name for category in description.logCategories])
+            self._instantiate([category.name for category in description.logCategories if category.name])
+            self._call(
+                "fmi2SetupExperiment",
+                int(tolerance is not None),
+                tolerance or 0.0,
+                start,
+                int(stop is not None),
+                stop or 0.0,
+            )
             self._set_parameters(variables, parameters)
         except BaseException:
             self.close()
             raise
 
-    def _prepare(self, about: CoSimulation | ModelExchange) -> None:
-        """What an interface needs besides, from what the description says of it."""
+    def _load(self, archive: Archive, interface: CoSimulation | ModelExchange) -> Any:
+        """Load the shared library of an interface."""
+        identifier = interface.modelIdentifier or ""
+        if not identifier or any(character in identifier for character in "/\\:\0"):
+            raise SubsystemError(
+                f"{self.name}: {archive.path}: modelIdentifier = {identifier!r} names no library; export the FMU again"
+            )
+        folder = archive.extract_for_instance(identifier)
+        if not library_path(folder, identifier).is_file():
+            there = sorted(path.name for path in (folder / "binaries").glob("*") if any(path.iterdir()))
+            raise SubsystemError(
+                f"{self.name}: {archive.path} cannot be loaded here: it has no binaries/{fmpy.platform}/{identifier}"
+                f"{fmpy.sharedLibraryExtension}, but binaries for {', '.join(there) or 'no platform'}; export it for "
+                f"{fmpy.platform}"
+            )
+        before = os.getcwd()
+        try:
+            return self.kind(
+                guid=archive.guid or "", unzipDirectory=str(folder), modelIdentifier=identifier, instanceName=self.name
+            )
+        except Exception as error:
+            raise SubsystemError(f"{self.name}: {archive.path} cannot be loaded here: {error}") from error
+        finally:
+            os.chdir(before)  # fmpy stays in the library's folder where loading fails
+
+    def _prepare(self, interface: CoSimulation | ModelExchange) -> None:
+        """Prepare what an interface needs besides, from what the description says of it."""
 
     def initialise(self, time: float, values: np.ndarray) -> np.ndarray:
+        """Set the inputs (n_u,) at the start; return the outputs (n_y,). May be called again until begin()."""
         if not self._initialising:
-            self._call("fmi2SetupExperiment", 0, 0.0, self._start, int(self._stop is not None), self._stop or 0.0)
+            # As most hosts do: there are FMUs that read their inputs at the begin of initialisation alone.
+            self._write_inputs(values)
             self._call("fmi2EnterInitializationMode")
             self._initialising = True
-        self._driven.values[:] = values
-        self._set_values(self._driven.buffer)
+        self._write_inputs(values)
         return self.values()
 
     def values(self) -> np.ndarray:
-        return self._read(self._wired)
+        """Return the outputs now, a fresh array (n_y,). Raises SubsystemError where one is not finite."""
+        return self._finite(self._read(self._wired), "output")
 
     def record(self) -> np.ndarray:
-        """The recorded variables now, a fresh array."""
-        return self._read(self._recorded)
+        """Return the recorded variables now, a fresh array (n,)."""
+        values = self._read(self._recorded)
+        if not _surely_finite(values):
+            for k in np.flatnonzero(~np.isfinite(values)):
+                self._log.warn(f"{self._recorded_names[k]} is {values[k]} in the result")
+        return values
 
     def save(self, into: ctypes.c_void_p | None = None) -> ctypes.c_void_p:
+        """Return a handle of the present state; `into` is an older handle to be written over."""
         state = ctypes.c_void_p() if into is None else into
         if state.value is not None and not self._overwrites:
             self.free(state)
             state.value = None
         old = state.value
-        self._live()
+        self._require_alive()
         self._check(self.library.fmi2GetFMUstate(self._component, ctypes.byref(state)), "fmi2GetFMUstate")
-        if state.value != old:
-            self._states.add(state.value)
-            if old is not None:
-                # The old one may have moved or been left behind. Freeing it now could be once too often; from here on
-                # the handle is freed before.
-                self._states.discard(old)
-                self._overwrites = False
+        if state.value != old and old is not None:
+            # The old one may have moved or been left behind. Freeing it now could be once too often; from here on
+            # the handle is freed before.
+            self._states.pop(old, None)
+            self._overwrites = False
+        self._states[state.value] = self._steps
         return state
 
     def restore(self, state: ctypes.c_void_p) -> None:
-        self._live()
+        """Go back to a saved state; the handle stays valid."""
+        self._require_alive()
         self._check(self.library.fmi2SetFMUstate(self._component, state), "fmi2SetFMUstate")
+        self._steps = self._states.get(state.value, self._steps)
 
     def free(self, state: ctypes.c_void_p) -> None:
-        if self._fmu is not None and state.value in self._states:
-            self._states.discard(state.value)
-            if self._dead:
-                return
+        """Release a handle."""
+        if self._fmu is not None and self._states.pop(state.value, None) is not None and not self._dead:
             self.library.fmi2FreeFMUstate(self._component, ctypes.byref(state))
 
     def close(self) -> None:
+        """Release everything. May be called twice."""
         if self._fmu is None:
             return
         for state in tuple(self._states):
             self.free(ctypes.c_void_p(state))
-        # PythonFMU's binaries are never unloaded, and at exit they count down in memory they have just freed, which
-        # can abort the process, unless they let go of it before. Instances that live on hold it themselves.
-        let_go = getattr(self._fmu.dll, "finalizePythonInterpreter", None)
-        if let_go is not None:
-            let_go()
+        if self._of_pythonfmu:
+            # Its binaries are never unloaded, and at exit they count down in memory they have just freed, which can
+            # abort the process, unless they let go of it before. Instances that live on hold it themselves.
+            self._fmu.dll.finalizePythonInterpreter()
         if self._fmu.component is not None and not self._dead:
             self._fmu.freeInstance()
+        elif not self._dead:
+            self._fmu.freeLibrary()
         self._fmu = None
 
     def watch_calls(self, wrap: Callable[[Any], Any]) -> None:
         """Replace the table of C functions by wrap(table), which may count or time the calls."""
         self.library = wrap(self.library)
 
-    def messages(self) -> list[str]:
-        """Warnings that no exception has carried yet."""
-        return list(dict.fromkeys(self._log.messages))
+    @property
+    def _of_pythonfmu(self) -> bool:
+        return hasattr(self._fmu.dll, "finalizePythonInterpreter")
+
+    def warnings(self) -> tuple[Warned, ...]:
+        """Return what the FMU warned of, each kind once."""
+        return tuple(self._log.warnings.values())
 
     def _instantiate(self, categories: Sequence[str]) -> None:
         callbacks = fmi2.fmi2CallbackFunctions()
-        callbacks.logger = _receive
+        callbacks.logger = RECEIVER
         callbacks.allocateMemory = fmi2.defaultCallbacks.allocateMemory
         callbacks.freeMemory = fmi2.defaultCallbacks.freeMemory
         callbacks.componentEnvironment = self._log.key
@@ -203,7 +230,7 @@ class Instance:
 
     def _set_parameters(self, variables: Mapping[str, Variable], parameters: Mapping[str, Value]) -> None:
         setters = {"Real": self._fmu.setReal, "Boolean": self._fmu.setBoolean, "String": self._fmu.setString}
-        for kind in ("Real", "Integer", "Boolean", "Enumeration", "String"):
+        for kind in TYPES:
             names = [name for name in parameters if variables[name].type == kind]
             if not names:
                 continue
@@ -214,21 +241,27 @@ class Instance:
             except FMICallException as error:
                 raise SubsystemError(f"{self.name}: setting {', '.join(names)}: {self._log.take()}") from error
 
-    def _set_values(self, values: ctypes.Array[ctypes.c_double]) -> None:
-        group = self._driven
-        if group.size:
-            status = self.library.fmi2SetReal(self._component, group.references, group.count, values)
-            if status != fmi2.fmi2OK:
-                self._check(status, "setting inputs")
+    def _write_inputs(self, values: np.ndarray) -> None:
+        status = self._driven.write(self.library, self._component, values)
+        if status != fmi2.fmi2OK:
+            self._check(status, "setting inputs")
 
     def _read(self, group: Group) -> np.ndarray:
-        if group.size:
-            status = self.library.fmi2GetReal(self._component, group.references, group.count, group.buffer)
-            if status != fmi2.fmi2OK:
-                self._check(status, "reading outputs")
+        status = group.read(self.library, self._component)
+        if status != fmi2.fmi2OK:
+            self._check(status, "reading outputs")
         return group.values.copy()
 
-    def _live(self) -> None:
+    def _finite(self, values: np.ndarray, what: str) -> np.ndarray:
+        """Return numbers of the outputs (n_y,), unless one of them is not finite."""
+        if not _surely_finite(values) and not np.isfinite(values).all():
+            bad = [f"{self.outputs[k].name} is {values[k]}" for k in np.flatnonzero(~np.isfinite(values))]
+            raise SubsystemError(
+                f"{self.name}: {what} {', '.join(bad)} at t = {self._log.time:.6g} s, which is handed to no other FMU"
+            )
+        return values
+
+    def _require_alive(self) -> None:
         if self._dead:
             raise SubsystemError(self._dead, fatal=True)
 
@@ -236,7 +269,13 @@ class Instance:
         self._check(getattr(self._fmu.dll, function)(self._component, *arguments), function)
 
     def _check(self, status: int, what: str) -> None:
-        if status <= fmi2.fmi2Warning:
+        """Raise SubsystemError for a call that failed; count a warning without words."""
+        if status == fmi2.fmi2OK:
+            return
+        if status == fmi2.fmi2Warning:
+            if not self._log.messages:
+                self._log.warn(f"{what} answered fmi2Warning and logged nothing")
+            self._log.messages.clear()
             return
         text = f"{self.name}: {what}: {self._log.take()}"
         if status == fmi2.fmi2Fatal:
@@ -244,12 +283,26 @@ class Instance:
         raise SubsystemError(text, fatal=status == fmi2.fmi2Fatal)
 
 
+def _surely_finite(values: np.ndarray) -> bool:
+    """Tell in a fraction of numpy's time whether a few numbers are finite; False where their sum overflows."""
+    return math.isfinite(sum(values.tolist()))
+
+
 def _untyped(library: ctypes.CDLL) -> ctypes.CDLL:
-    """The C functions again, without the argument types that fmpy gives them, whose conversions take longer than most
+    """Return the C functions without the argument types that fmpy gives them, whose conversions take longer than most
     calls: every argument is a value or an array of ctypes."""
     return ctypes.CDLL(library._name, handle=library._handle)
 
 
-def _port(v: Variable) -> Port:
-    start = 0.0 if v.start is None else float(v.start)
-    return Port(v.name, v.unit, v.nominal, start, v.least, v.most)
+def _port(member: str, v: Variable) -> Port:
+    """Return a variable as an interface of a subsystem."""
+    if not math.isfinite(v.nominal):
+        raise SubsystemError(
+            f"{member}: the nominal value of {v.name} is {v.nominal} in modelDescription.xml, so its errors cannot be "
+            "weighed; give it a finite one"
+        )
+    start = 0.0
+    if v.start is not None and v.type != "String":
+        with contextlib.suppress(OverflowError):
+            start = float(v.start)
+    return Port(v.name, v.unit, v.nominal, start if math.isfinite(start) else 0.0, v.least, v.most)

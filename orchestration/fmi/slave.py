@@ -1,7 +1,5 @@
-"""An FMI 2.0 co-simulation FMU as a subsystem (subsystem.py).
-
-A sweep costs a handful of bare C calls. While the master iterates, fmi2DoStep is told that the state may be set back
-(noSetFMUStatePriorToCurrentPoint = false)."""
+"""An FMI 2.0 co-simulation FMU as a subsystem of the master (cosim/subsystem.py). A sweep costs a handful of bare C
+calls."""
 
 from __future__ import annotations
 
@@ -12,10 +10,12 @@ import fmpy.fmi2 as fmi2
 import numpy as np
 from fmpy.model_description import CoSimulation
 
-from ..errors import SubsystemError
+from ..errors import SubsystemError, TerminationRequest
 from .instance import Instance
 
 __all__ = ["Slave"]
+
+MAX_DEGREE = 3  # of the input polynomials: rows of Slave.set_inputs less one
 
 
 class Slave(Instance):
@@ -25,51 +25,78 @@ class Slave(Instance):
     frozen = False
     _begun = False
 
-    def _prepare(self, about: CoSimulation) -> None:
-        self.can_rollback = about.canGetAndSetFMUstate
-        self.takes_polynomials = about.canInterpolateInputs
-        self.has_rates = about.maxOutputDerivativeOrder > 0
-        self._has_tangent = about.providesDirectionalDerivative
-        self._final = fmi2.fmi2Boolean(not self.can_rollback)  # whether no state is set back to before this step
-        size = self._driven.size
-        self._derivative_references = (fmi2.fmi2ValueReference * (3 * size))(*[*self._driven.references] * 3)
-        self._orders = (fmi2.fmi2Integer * (3 * size))(*(order for order in (1, 2, 3) for _ in range(size)))
-        self._derivative_counts = [ctypes.c_size_t(degree * size) for degree in range(4)]
-        self._source: np.ndarray | None = None  # whose memory the next two are
+    def _prepare(self, interface: CoSimulation) -> None:
+        self.can_rollback = interface.canGetAndSetFMUstate
+        self.takes_polynomials = interface.canInterpolateInputs
+        self.has_rates = interface.maxOutputDerivativeOrder > 0
+        self._has_tangent = interface.providesDirectionalDerivative
+        # Derivatives go to and come from continuous Reals; all others are held.
+        self._driven_columns = np.array([k for k, v in enumerate(self._driven_variables) if not v.discrete], dtype=int)
+        self._rate_columns = np.array([k for k, v in enumerate(self._wired_variables) if not v.discrete], dtype=int)
+        references = [self._driven_variables[k].reference for k in self._driven_columns]
+        size = len(references)
+        self._derivatives = np.zeros((MAX_DEGREE, size))
+        self._derivative_buffer = (fmi2.fmi2Real * (MAX_DEGREE * size)).from_buffer(self._derivatives)
+        self._derivative_references = (fmi2.fmi2ValueReference * (MAX_DEGREE * size))(*references * MAX_DEGREE)
+        self._derivative_orders = (fmi2.fmi2Integer * (MAX_DEGREE * size))(
+            *(order for order in range(1, MAX_DEGREE + 1) for _ in range(size))
+        )
+        self._derivative_counts = [ctypes.c_size_t(degree * size) for degree in range(MAX_DEGREE + 1)]
+        rated = self._rate_columns.size
+        self._rates = np.zeros(rated)
+        self._rate_buffer = (fmi2.fmi2Real * rated).from_buffer(self._rates)
+        self._rate_references = (fmi2.fmi2ValueReference * rated)(
+            *(self._wired_variables[k].reference for k in self._rate_columns)
+        )
+        self._rate_orders = (fmi2.fmi2Integer * rated)(*[1] * rated)
+        self._rate_count = ctypes.c_size_t(rated)
         self._degree = 0  # the highest order of input derivatives sent so far; others the FMU need not know
         self._held: bytes | None = None  # the inputs sent last, where they are constant and the FMU still has them
-        self._length = None if about.canHandleVariableCommunicationStepSize else 0.0  # [s] of all steps
+        self._length = None if interface.canHandleVariableCommunicationStepSize else 0.0  # [s] of all steps
 
     def begin(self) -> None:
+        """End initialisation, and find out whether states can be saved as the description says."""
         self._call("fmi2ExitInitializationMode")
         self._begun = True
+        if self.can_rollback:
+            try:
+                self.free(self.save())
+            except SubsystemError as error:
+                self._require_alive()
+                self.can_rollback = False
+                self._log.warn(f"canGetAndSetFMUstate = true, but states cannot be saved ({error}); run without")
 
     def close(self) -> None:
+        """Release everything. May be called twice."""
         if self._fmu is not None and self._begun and not self._dead:
             self.library.fmi2Terminate(self._component)  # whatever it answers, it is freed next
         self._begun = False
         super().close()
 
     def set_inputs(self, polynomials: np.ndarray) -> None:
+        """Set the inputs for the step to come: rows (4, n_u) of c0 + c1 s + c2 s^2/2 + c3 s^3/6; discrete ones take
+        c0 alone."""
         if not self._driven.size:
             return
         sent = polynomials.tobytes()
         if sent == self._held:
             return
         self._held = None
-        if polynomials is not self._source:  # mostly the same array again, filled anew
-            self._source = polynomials
-            self._values = _doubles(polynomials[:1])
-            self._derivatives = _doubles(polynomials[1:])
-        self._set_values(self._values)
-        rows = math.ceil(len(sent.rstrip(b"\0")) / len(sent) * 4)  # up to the last one with a bit that is set
-        self._degree = max(self._degree, rows - 1)
-        if self._degree and self.takes_polynomials:
+        self._write_inputs(polynomials[0])
+        degree = next((row for row in range(MAX_DEGREE, 0, -1) if polynomials[row].any()), 0)
+        self._degree = max(self._degree, degree)
+        if self._degree and self.takes_polynomials and self._driven_columns.size:
+            self._derivatives[:] = polynomials[1:] if self._all_continuous else polynomials[1:, self._driven_columns]
             self._set_derivatives()
-        if rows < 2:
+        if not degree:
             self._held = sent
 
+    @property
+    def _all_continuous(self) -> bool:
+        return self._driven_columns.size == self._driven.size
+
     def restore(self, state: ctypes.c_void_p) -> None:
+        """Go back to a saved state; the handle stays valid."""
         self._held = None
         super().restore(state)
 
@@ -78,8 +105,8 @@ class Slave(Instance):
             self._component,
             self._derivative_references,
             self._derivative_counts[self._degree],
-            self._orders,
-            self._derivatives,
+            self._derivative_orders,
+            self._derivative_buffer,
         )
         if status != fmi2.fmi2OK:
             self._check(
@@ -89,56 +116,100 @@ class Slave(Instance):
             )
 
     def step(self, time: float, length: float) -> None:
+        """Advance from time by length [s].
+
+        The FMU is told noSetFMUStatePriorToCurrentPoint = true exactly when no state is alive that was saved before
+        this step's start.
+
+        Raises
+        ------
+        TerminationRequest
+            The FMU ends the simulation.
+        SubsystemError
+            The step failed; with the time reached where a smaller one may help.
+        """
         if self._length is not None:
-            self._length = self._length or length
-            if abs(length - self._length) > 1e-9 * self._length:
-                raise SubsystemError(
-                    f"{self.name} takes steps of one length only (canHandleVariableCommunicationStepSize = false), "
-                    f"{self._length:.6g} s so far, {length:.6g} s now; set coupling.control = 'fixed' and a "
-                    "coupling.macro_step that divides the stop time and the times of all jumps"
-                )
-        status = self.library.fmi2DoStep(self._component, ctypes.c_double(time), ctypes.c_double(length), self._final)
-        if status == fmi2.fmi2OK:
+            self._require_length(length)
+        self._log.time = time
+        no_state_before = not self._states or min(self._states.values()) >= self._steps
+        status = self.library.fmi2DoStep(
+            self._component, ctypes.c_double(time), ctypes.c_double(length), int(no_state_before)
+        )
+        if status <= fmi2.fmi2Warning:
+            self._steps += 1
+            if status:
+                self._check(status, "fmi2DoStep")
+            self._log.time = time + length
             return
         what = f"step from t = {time:.6g} s by {length:.3g} s"
         if status == fmi2.fmi2Discard:
-            last = ctypes.c_double(time)
-            self._call("fmi2GetRealStatus", fmi2.fmi2LastSuccessfulTime, ctypes.byref(last))
-            raise SubsystemError(f"{self.name}: {what}: {self._log.take()}", last.value)
+            self._raise_discard(time, length, what)
         self._check(status, what)
 
+    def _require_length(self, length: float) -> None:
+        """Refuse a step of another length, where the FMU takes one length only."""
+        self._length = self._length or length
+        if abs(length - self._length) > 1e-9 * self._length:
+            raise SubsystemError(
+                f"{self.name} takes steps of one length only (canHandleVariableCommunicationStepSize = false), "
+                f"{self._length:.6g} s so far, {length:.6g} s now; set coupling.control = 'fixed' and a "
+                "coupling.macro_step that divides the stop time and the times of all jumps"
+            )
+
+    def _raise_discard(self, time: float, length: float, what: str) -> None:
+        """Raise the error of a step that came only part of the way, or of an FMU that ends the simulation."""
+        said = self._log.take()
+        last, ended = ctypes.c_double(time), ctypes.c_int(fmi2.fmi2False)
+        if self.library.fmi2GetRealStatus(self._component, fmi2.fmi2LastSuccessfulTime, ctypes.byref(last)):
+            last.value = time  # not every FMU tells
+        # PythonFMU answers fmi2Terminated = true to every step that its model refuses.
+        if not self._of_pythonfmu and self.library.fmi2GetBooleanStatus(
+            self._component, fmi2.fmi2Terminated, ctypes.byref(ended)
+        ):
+            ended.value = fmi2.fmi2False
+        reached = min(max(last.value, time), time + length) if math.isfinite(last.value) else time
+        self._log.messages.clear()
+        if ended.value:
+            raise TerminationRequest(f"{self.name} ended the simulation at t = {reached:.6g} s: {said}", reached)
+        raise SubsystemError(f"{self.name}: {what}: {said}", reached)
+
     def rates(self) -> np.ndarray:
-        group = self._wired
-        if group.size:
+        """Return the time derivatives of the outputs now, a fresh array (n_y,); 0 for those that are held."""
+        if self._rate_columns.size:
             status = self.library.fmi2GetRealOutputDerivatives(
-                self._component, group.references, group.count, group.first_order, group.buffer
+                self._component, self._rate_references, self._rate_count, self._rate_orders, self._rate_buffer
             )
             self._check(
                 status, "output derivatives (without them exchange and waveform can be held, linear or quadratic)"
             )
-        return group.values.copy()
+        if self._rate_columns.size == self._wired.size:
+            return self._finite(self._rates.copy(), "time derivative of")
+        rates = np.zeros(self._wired.size)
+        rates[self._rate_columns] = self._rates
+        return self._finite(rates, "time derivative of")
 
     def tangent(self, columns: np.ndarray) -> np.ndarray | None:
+        """Return the derivatives (n_y, n) of the outputs now by the inputs of these columns (n,); None where the FMU
+        offers none; 0 for those that are held."""
         if not self._has_tangent:
             return None
-        group, seed, one = self._wired, fmi2.fmi2Real(1.0), ctypes.c_size_t(1)
-        found = np.empty((group.size, columns.size))
-        for place, column in enumerate(columns):
-            known = fmi2.fmi2ValueReference(self._driven.references[column])
+        seed, one = fmi2.fmi2Real(1.0), ctypes.c_size_t(1)
+        tangent = np.zeros((self._wired.size, columns.size))
+        for k, column in enumerate(columns):
+            variable = self._driven_variables[column]
+            if variable.discrete or not self._rate_columns.size:
+                continue
+            known = fmi2.fmi2ValueReference(variable.reference)
             status = self.library.fmi2GetDirectionalDerivative(
                 self._component,
-                group.references,
-                group.count,
+                self._rate_references,
+                self._rate_count,
                 ctypes.byref(known),
                 one,
                 ctypes.byref(seed),
-                group.buffer,
+                self._rate_buffer,
             )
-            self._check(status, f"derivatives by {self.inputs[column].name}")
-            found[:, place] = group.values
-        return found
-
-
-def _doubles(rows: np.ndarray) -> ctypes.Array[ctypes.c_double]:
-    """The memory of an array in C order."""
-    return (fmi2.fmi2Real * rows.size).from_buffer(rows)
+            self._check(status, f"derivatives by {variable.name}")
+            tangent[self._rate_columns, k] = self._rates
+            self._finite(tangent[:, k], f"derivative by {variable.name} of")
+        return tangent

@@ -1,5 +1,6 @@
-"""Results: the dataset of a run and its files, comparison of two results, provenance."""
+"""Results: the dataset of a run, its files, comparison of two results, provenance."""
 
-from .dataset import about, arrays, collect, read, scalars, versions, write
+from .dataset import arrays, collect, scalars, scene_record, versions
+from .storage import read, write
 
-__all__ = ["about", "arrays", "collect", "read", "scalars", "versions", "write"]
+__all__ = ["arrays", "collect", "read", "scalars", "scene_record", "versions", "write"]

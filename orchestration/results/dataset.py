@@ -1,19 +1,17 @@
-"""What a run leaves: an xarray Dataset with units, descriptions, settings and versions; CSV and one self-describing
-NetCDF file.
+"""Result of a run: an xarray Dataset with units, descriptions, settings and versions.
 
-Scalars of one vector come as one variable with index dimensions: thermal.T (time, index3), rod.shape.p (time,
-index21, index3), indices from 1 on. The coupling log lies on the same time axis: coupling.step [s], sweeps, residual
-and error (shares of the nominals), gain."""
+Elements of one vector without gaps come as one variable with index dimensions: thermal.T (time, index3), rod.shape.p
+(time, index21, index3). Indices are those of the FMU: index3 counts from 1, index3_from0 from 0. Integers, Booleans,
+enumerations (numbers, whose words are in the attribute flag_meanings) and strings keep their types. The log of the
+coupling lies on the same time axis: coupling.step [s], sweeps, residual and error (shares of the nominals), gain."""
 
 from __future__ import annotations
 
 import json
 import platform
-import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict
 from importlib.metadata import PackageNotFoundError, version
-from pathlib import Path
 from typing import Any
 
 import fmpy
@@ -22,13 +20,14 @@ import xarray as xr
 
 from ..cosim.acceleration import spectral_radius
 from ..cosim.master import StepLog
-from ..files import atomic_write
 from ..fmi.archive import Variable
+from ..fmi.log import Warned
+from ..fmi.values import text_of
+from ..fmi.vectors import find_vectors
 from ..scene import Member, Scene
 
-__all__ = ["about", "arrays", "collect", "read", "scalars", "versions", "write"]
+__all__ = ["arrays", "collect", "scalars", "scene_record", "versions"]
 
-_INDEXED = re.compile(r"(.+)\[(\d+(?:,\d+)*)\]")
 _LOG = {
     "step": ("s", "length of the macro step that ended here"),
     "sweeps": ("1", "sweeps of the loop in it"),
@@ -36,87 +35,131 @@ _LOG = {
     "error": ("1", "estimated coupling error, share of the nominals"),
     "gain": ("1", "estimated loop gain: spectral radius of one sweep's error map; nan where nothing is known of it"),
 }
+_DTYPES = {"Real": float, "Integer": np.int32, "Enumeration": np.int32, "Boolean": bool}
 
 
 def collect(
     scene: Scene,
     recorded: Mapping[str, Sequence[Variable]],
-    first: dict[str, np.ndarray],
+    first: Mapping[str, np.ndarray],
     logs: Sequence[StepLog],
     status: str,
+    start: float = 0.0,
+    warnings: Iterable[Warned] = (),
 ) -> xr.Dataset:
-    """The Dataset of a run. recorded: per member the variables of its rows; first: its rows at the start; status:
-    'complete', or why the run ended early."""
-    times = np.array([0.0, *(log.time for log in logs)])
-    found: dict[str, Any] = {}  # at once, since a Dataset that grows aligns everything in it anew with every variable
+    """Collect the Dataset of a run.
+
+    Parameters
+    ----------
+    scene
+        What was run.
+    recorded
+        Member -> variables of its rows.
+    first
+        Member -> row of numbers (n,) at the start.
+    logs
+        Accepted macro steps with the rows at their ends.
+    status
+        'complete', or why the run ended early.
+    start
+        Start time [s].
+    warnings
+        What the FMUs warned of; kept as the attribute `warnings` (JSON).
+    """
+    times = np.array([start, *(log.time for log in logs)])
+    content: dict[str, Any] = {}  # at once, since a Dataset that grows aligns everything anew with every variable
     for name, variables in recorded.items():
         rows = np.array([first[name], *(log.record[name] for log in logs)])
-        found |= arrays(name, variables, rows)
+        content |= arrays(name, variables, rows)
     for key, column in _log_columns(logs).items():
         unit, text = _LOG[key]
-        found[f"coupling.{key}"] = ("time", column, {"units": unit, "long_name": text})
+        content[f"coupling.{key}"] = ("time", column, {"units": unit, "long_name": text})
     coordinates = {"time": ("time", times, {"units": "s", "long_name": "time"})}
-    return xr.Dataset(found, coordinates | _indices(found), about(scene, status))
+    warned = json.dumps([asdict(warning) for warning in warnings])
+    return xr.Dataset(content, coordinates | _indices(content), {**scene_record(scene, status), "warnings": warned})
 
 
 def arrays(member: str, variables: Sequence[Variable], rows: np.ndarray) -> dict[str, Any]:
-    """Of a member: name -> dimensions, values, attributes; scalars of one vector in one array. rows: (time,
-    variable)."""
-    groups: dict[str, list[tuple[tuple[int, ...], int]]] = {}
-    for k, variable in enumerate(variables):
-        match = _INDEXED.fullmatch(variable.name)
-        base, index = (match[1], tuple(int(i) for i in match[2].split(","))) if match else (variable.name, ())
-        groups.setdefault(base, []).append((index, k))
-    found = {}
-    for base, elements in groups.items():
-        shape = tuple(max(index[d] for index, _ in elements) for d in range(len(elements[0][0])))
-        values = np.full((len(rows), *shape), np.nan)
-        for index, k in elements:
-            place: tuple[Any, ...] = (..., *(i - 1 for i in index))
-            values[place] = rows[:, k]
-        about = variables[elements[0][1]]
-        attributes = {"units": about.unit, "long_name": about.description, "causality": about.causality}
-        found[f"{member}.{base}"] = (("time", *(f"index{n}" for n in shape)), values, attributes)
-    return found
+    """Return name -> dimensions, values, attributes of a member's variables, as xarray takes them.
+
+    Parameters
+    ----------
+    rows : ndarray, (time, variable)
+        Numbers as an FMU's record() gives them.
+    """
+    columns = {variable.name: k for k, variable in enumerate(variables)}
+    vectors = find_vectors(columns)
+    base_of: dict[str, str] = {}
+    for base, vector in vectors.items():
+        alike = {(variables[columns[name]].type, variables[columns[name]].unit) for name in vector.elements}
+        if vector.complete and base not in columns and len(alike) == 1:
+            base_of |= dict.fromkeys(vector.elements, base)
+    content: dict[str, Any] = {}
+    for variable in variables:
+        base = base_of.get(variable.name, variable.name)
+        if f"{member}.{base}" in content:
+            continue
+        if base == variable.name:
+            dims: tuple[str, ...] = ("time",)
+            values = rows[:, columns[base]]
+        else:
+            vector = vectors[base]
+            dims = ("time", *(_dimension(n, first) for n, first in zip(vector.shape, vector.first, strict=True)))
+            values = rows[:, [columns[name] for name in vector.elements]].reshape(len(rows), *vector.shape)
+        content[f"{member}.{base}"] = (dims, _typed(values, variable), _attributes(variable))
+    return content
 
 
-def _indices(found: dict[str, Any]) -> dict[str, Any]:
-    """Coordinates of the dimensions that index vectors: from 1 on, as in the FMUs' own names."""
-    dims = {dim for names, *_ in found.values() if names != "time" for dim in names[1:]}
-    return {dim: (dim, np.arange(1, int(dim.removeprefix("index")) + 1), {"long_name": "index"}) for dim in dims}
+def _dimension(size: int, first: int) -> str:
+    return f"index{size}" if first == 1 else f"index{size}_from{first}"
+
+
+def _typed(values: np.ndarray, variable: Variable) -> np.ndarray:
+    """Return numbers as values of the variable's type."""
+    if variable.type == "String":
+        texts = np.empty(values.size, dtype=object)
+        texts[:] = [text_of(number) for number in values.flat]
+        return texts.reshape(values.shape)
+    return values.astype(_DTYPES[variable.type])
+
+
+def _attributes(variable: Variable) -> dict[str, Any]:
+    attributes: dict[str, Any] = {
+        "units": variable.unit,
+        "long_name": variable.description,
+        "causality": variable.causality,
+    }
+    if variable.items:  # as in the CF conventions
+        attributes["flag_values"] = np.array(variable.item_values, dtype=np.int32)
+        attributes["flag_meanings"] = " ".join(item.replace(" ", "_") for item in variable.items)
+    return attributes
+
+
+def _indices(content: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the coordinates of the dimensions that index vectors, which count as the FMUs' own names do."""
+    dims = {dim for names, *_ in content.values() if names != "time" for dim in names[1:]}
+    coordinates = {}
+    for dim in dims:
+        size, _, first = dim.removeprefix("index").partition("_from")
+        start = int(first or 1)
+        coordinates[dim] = (dim, np.arange(start, start + int(size)), {"long_name": "index"})
+    return coordinates
 
 
 def scalars(dataset: xr.Dataset) -> dict[str, tuple[np.ndarray, str]]:
-    """Scalar name, such as thermal.T[1], -> its course (time,) and unit."""
-    found = {}
+    """Return the scalar name, such as thermal.T[1], -> its values (time,) and unit."""
+    columns = {}
     for name, array in dataset.data_vars.items():
         flat = array.to_numpy().reshape(dataset.sizes["time"], -1)
+        starts = [int(array.coords[dim][0]) if dim in array.coords else 1 for dim in array.dims[1:]]
         for k, index in enumerate(np.ndindex(array.shape[1:])):
-            label = f"{name}[{','.join(str(i + 1) for i in index)}]" if index else str(name)
-            found[label] = (flat[:, k], array.attrs.get("units", "1"))
-    return found
+            shown = ",".join(str(i + start) for i, start in zip(index, starts, strict=True))
+            columns[f"{name}[{shown}]" if index else str(name)] = (flat[:, k], array.attrs.get("units", "1"))
+    return columns
 
 
-def write(dataset: xr.Dataset, path: Path) -> None:
-    """CSV or NetCDF by the ending. The file appears whole or not at all."""
-    writers: dict[str, Callable[[xr.Dataset, Path], Any]] = {
-        ".csv": _write_csv,
-        ".nc": lambda d, p: d.to_netcdf(p, engine="netcdf4"),
-    }
-    if path.suffix not in writers:
-        raise ValueError(f"{path}: unknown ending {path.suffix!r}; allowed: {', '.join(writers)}")
-    with atomic_write(path) as draft:
-        writers[path.suffix](dataset, draft)
-
-
-def read(path: Path) -> xr.Dataset:
-    """A NetCDF result, fully in memory."""
-    with xr.open_dataset(path, engine="netcdf4") as dataset:
-        return dataset.load()
-
-
-def about(scene: Scene, status: str) -> dict[str, Any]:
-    """The record of a scene: all that it takes to run it again."""
+def scene_record(scene: Scene, status: str) -> dict[str, Any]:
+    """Return the attributes that describe a scene: all that it takes to run it again."""
     return {
         "title": scene.title,
         "scene": scene.name,
@@ -124,29 +167,29 @@ def about(scene: Scene, status: str) -> dict[str, Any]:
         "stop_time_s": scene.stop_time,
         "coupling": json.dumps(asdict(scene.coupling)),
         "connections": json.dumps([str(c) for c in scene.connections]),
-        "members": json.dumps({m.name: _member(m) for m in scene.members}),
+        "members": json.dumps({m.name: _member_record(m) for m in scene.members}),
         "sources": json.dumps(scene.sources),
         "versions": json.dumps(versions()),
     }
 
 
-def _member(m: Member) -> dict[str, Any]:
-    """choices: the words for the numbers that enumerations have among the parameters."""
-    parameters = {v: about for v, about in m.archive.variables.items() if about.causality == "parameter"}
-    values = {v: m.value(v) for v in parameters}
+def _member_record(member: Member) -> dict[str, Any]:
+    """Return the settings of one FMU; choices: the words for the numbers that enumerations have among them."""
+    declared = {name: v for name, v in member.archive.variables.items() if v.causality == "parameter"}
+    values = {name: member.value(name) for name in declared}
     return {
-        "fmu": m.archive.path.name,
-        "guid": m.archive.guid,
+        "fmu": member.archive.path.name,
+        "guid": member.archive.guid,
         "parameters": values,
-        "frozen": m.frozen,
-        "choices": {v: m.choice(v) for v, about in parameters.items() if about.items},
-        "units": {v: about.unit for v, about in parameters.items() if about.unit != "1"},
-        "signals": {name: [type(signal).__name__, vars(signal)] for name, signal in m.signals.items()},
+        "frozen": member.frozen,
+        "choices": {name: member.choice(name) for name, v in declared.items() if v.items},
+        "units": {name: v.unit for name, v in declared.items() if v.unit != "1"},
+        "signals": {name: [type(signal).__name__, vars(signal)] for name, signal in member.signals.items()},
     }
 
 
 def versions() -> dict[str, str]:
-    """Of what a result came from."""
+    """Return the versions of the software that makes a result."""
     try:
         own = version("tca-cosim")
     except PackageNotFoundError:  # run from a source tree that is not installed
@@ -155,7 +198,7 @@ def versions() -> dict[str, str]:
 
 
 def _log_columns(logs: Sequence[StepLog]) -> dict[str, np.ndarray]:
-    """The start has no step before it: zeros there."""
+    """Return the columns of the coupling's log; the start has no step before it: zeros there."""
     columns = {key: np.array([0.0, *(getattr(log, key) for log in logs)]) for key in ("step", "residual", "error")}
     columns["sweeps"] = np.array([0, *(log.sweeps for log in logs)])
     gain = np.full(len(logs) + 1, np.nan)
@@ -164,13 +207,3 @@ def _log_columns(logs: Sequence[StepLog]) -> dict[str, np.ndarray]:
         gain[[k + 1 for k in known]] = spectral_radius(np.array([logs[k].inverse for k in known]))
     columns["gain"] = gain
     return columns
-
-
-def _write_csv(dataset: xr.Dataset, path: Path) -> None:
-    columns = scalars(dataset)
-    with path.open("w", encoding="utf-8", newline="\n") as file:
-        for key, value in dataset.attrs.items():
-            file.write(f"# {key}: {value}\n")
-        file.write(",".join(["time [s]", *(f'"{name} [{unit}]"' for name, (_, unit) in columns.items())]) + "\n")
-        table = np.column_stack([dataset["time"].to_numpy(), *(values for values, _ in columns.values())])
-        np.savetxt(file, table, fmt="%.17g", delimiter=",")

@@ -7,6 +7,7 @@ from typing import Any
 
 from ..cosim.topology import Connection
 from ..fmi.archive import Variable, similar
+from ..fmi.units import same_unit
 from .manipulator import DEFAULT_WIRING
 from .members import Member
 from .validation import Layer
@@ -53,7 +54,7 @@ def _connect(members: Mapping[str, Member], source: str, target: str, layer: Lay
     if len(ends[0]) != len(ends[1]):
         layer.refuse("connections", text, f"{len(ends[0])} outputs for {len(ends[1])} inputs; the counts must agree")
     for (_, a), (_, b) in zip(*ends, strict=True):
-        if a.measured and b.measured and (a.dimension, a.unit) != (b.dimension, b.unit):
+        if not same_unit(a, b):
             layer.refuse("connections", text, f"units differ: {a.unit!r} and {b.unit!r}; connect variables of one unit")
     return [Connection((m, a.name), (n, b.name)) for (m, a), (n, b) in zip(*ends, strict=True)]
 

@@ -44,7 +44,7 @@ class Member:
 
     def choice(self, parameter: str) -> str:
         """The item of an enumeration that holds."""
-        return self.archive.variables[parameter].items[int(self.real(parameter)) - 1]
+        return self.archive.variables[parameter].item_name(self.real(parameter))
 
 
 def read_members(

@@ -68,8 +68,8 @@ _TOP = tuple(key for key in KEYS if key != "NAME")
 
 def read(source: str | Path, overrides: Sequence[str] = (), archive: Callable[[Path], Archive] = Archive) -> Scene:
     """The scene of that name or file. overrides: 'key=value' as in a scene, such as 'rod.order=2',
-    'coupling.macro_step=0.05 s'. archive: opens an FMU; archive.kept for many runs in one process. Raises SceneError,
-    which names file, key, value and remedy."""
+    'coupling.macro_step=0.05 s'. archive: opens an FMU; cached_archive for many runs in one process. Raises
+    SceneError, which names file, key, value and remedy."""
     path = find(source, "scenes", "scene")
     layers = [load(path)]
     if overrides:

@@ -54,5 +54,5 @@ def settings(kind: type[T], tables: Iterable[tuple[Layer, Mapping[str, Any]]], p
             if key not in known:
                 layer.refuse(f"{prefix}{key}", raw, f"unknown; {similar(key, list(known))}")
             value = validation.scalar(layer, f"{prefix}{key}", raw, known[key])
-            found[key] = known[key].items[int(value) - 1] if known[key].items else value
+            found[key] = known[key].item_name(float(value)) if known[key].items else value
     return kind(**found)

@@ -17,7 +17,8 @@ from fmpy.ssp import ssd as fmpy_ssp
 from lxml import etree
 
 from ..errors import SceneError
-from ..fmi.archive import Archive, Variable, dimension, similar
+from ..fmi.archive import Archive, Variable, similar
+from ..fmi.variables import base_unit_exponents
 from .validation import Layer
 
 __all__ = ["read"]
@@ -62,17 +63,17 @@ class _Units:
         for unit in root.iterfind(".//ssc:Unit", _SPACES):
             base = unit.find("ssc:BaseUnit", _SPACES)
             about = fmpy_ssp.Unit(name=unit.get("name"), **({} if base is None else dict(base.attrib)))
-            known[about.name] = dimension(about), about.factor, about.offset
+            known[about.name] = base_unit_exponents(about), about.factor, about.offset
         return cls(known)
 
     def convert(self, value: float, unit: str | None, variable: Variable) -> float:
         """Into the variable's unit. Raises ValueError."""
-        if unit is None or unit == variable.unit or not variable.measured:
+        if unit is None or unit == variable.unit or not variable.has_unit:
             return value
         if unit not in self.known:
             raise ValueError(f"unit {unit!r} is not declared; declare it, or give the value in {variable.unit!r}")
         exponents, factor, offset = self.known[unit]
-        if exponents != dict(variable.dimension):
+        if exponents != dict(variable.dimension or {}):
             raise ValueError(f"unit {unit!r} does not fit; give a unit that converts to {variable.unit!r}")
         return (factor * value + offset - variable.offset) / variable.factor
 

@@ -138,7 +138,7 @@ def _connectors(parent: etree._Element, variables: Iterable[Variable]) -> None:
 
 def _units(root: etree._Element, tag: str, variables: Iterable[Variable]) -> None:
     units = _add(root, tag)
-    for name, dimension in sorted({variable.unit: variable.dimension for variable in variables}.items()):
+    for name, dimension in sorted({variable.unit: variable.dimension or {} for variable in variables}.items()):
         unit = _add(units, "ssc:Unit", name=name)
         _add(unit, "ssc:BaseUnit", **{base: str(power) for base, power in dimension.items()})
 

@@ -59,6 +59,6 @@ def _changed(member: Any) -> str:
     for name, value in member.parameters.items():
         about = member.archive.variables[name]
         if value != about.start:
-            word = about.items[int(value) - 1] if about.items else value
+            word = about.item_name(value) if about.items else value
             found.append(f"{name} {word}" + ("" if about.unit in ("", "1") else f" {about.unit}"))
     return ", ".join(found)

@@ -72,7 +72,7 @@ class Layer:
 
 
 def number(layer: Layer, key: str, raw: Any, variable: Variable, difference: bool = False) -> float:
-    """A finite number in the variable's unit; its range is checked unless it is a difference."""
+    """A finite number in the variable's unit; its range is checked unless it is a difference of two values."""
     if isinstance(raw, bool) or not isinstance(raw, (int, float, str)):
         layer.refuse(
             key,
@@ -81,7 +81,14 @@ def number(layer: Layer, key: str, raw: Any, variable: Variable, difference: boo
         )
     try:
         value = (
-            units.convert(raw, variable.dimension, variable.unit, difference, variable.factor, variable.offset)
+            units.convert(
+                raw,
+                variable.dimension,
+                variable.unit,
+                difference or variable.relative,
+                variable.factor,
+                variable.offset,
+            )
             if isinstance(raw, str)
             else float(raw)
         )
@@ -109,12 +116,13 @@ def scalar(layer: Layer, key: str, raw: Any, variable: Variable) -> float | int 
     if variable.type == "Enumeration" and isinstance(raw, str):
         if raw not in variable.items:
             layer.refuse(key, raw, similar(raw, variable.items))
-        return variable.items.index(raw) + 1
+        return variable.item_value(raw)
     if isinstance(raw, bool) or not isinstance(raw, int):
         allowed = f"allowed: {', '.join(variable.items)}" if variable.items else "give a whole number"
         layer.refuse(key, raw, f"wrong type; {allowed}")
-    if variable.items and not 1 <= raw <= len(variable.items):
-        layer.refuse(key, raw, f"allowed: {', '.join(variable.items)}")
+    if variable.items and raw not in variable.item_values:
+        known = (f"{name} ({value})" for name, value in zip(variable.items, variable.item_values, strict=True))
+        layer.refuse(key, raw, f"allowed: {', '.join(known)}")
     _in_range(layer, key, raw, raw, variable)
     return raw
 

@@ -63,7 +63,7 @@ class Manipulator:
 
 
 def members(result: xr.Dataset) -> Mapping[str, Any]:
-    """By name: fmu, guid, parameters, signals (results.about)."""
+    """By name: fmu, guid, parameters, signals (results.scene_record)."""
     return json.loads(result.attrs.get("members", "{}"))
 
 

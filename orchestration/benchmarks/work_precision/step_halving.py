@@ -58,7 +58,7 @@ def halving(
     difference = np.array(found)
     steps = (times[1] - times[0]) / 2.0 ** np.arange(len(found))
     order = np.append(np.nan, np.log2(difference[:-1] / difference[1:]))
-    about = results.about(scene, "complete")
+    about = results.scene_record(scene, "complete")
     return xr.Dataset(
         {
             "difference": ("step", difference, {"units": "1", "long_name": norm.axis()}),

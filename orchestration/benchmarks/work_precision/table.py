@@ -64,7 +64,7 @@ def tabulated(scene: Scene, plan: Plan, points: list[Measured], norm: Norm, floo
     about = {name: {"units": unit, "long_name": text} for name, (unit, text) in _COLUMNS.items()}
     dataset = xr.Dataset({name: ("point", values, about[name]) for name, values in columns.items()})
     packages = {name: version(name) for name in ("scipy", "scikit-fem", "scikit-sundae", "threadpoolctl")}
-    record = results.about(scene, "complete")
+    record = results.scene_record(scene, "complete")
     dataset.attrs = {
         **record,
         "versions": json.dumps({**json.loads(record["versions"]), **packages}),

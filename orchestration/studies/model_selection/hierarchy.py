@@ -8,7 +8,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
-from ...fmi.archive import kept
+from ...fmi.archive import cached_archive
 from ...scene import Member, Scene
 from ...scene.loop_closure import closed_inside
 from ...scene.manipulator import ROD, THERMAL
@@ -163,7 +163,7 @@ def _with_settings(member: Member, settings: Mapping[str, Value]) -> Member:
     }
     return replace(
         member,
-        archive=kept(member.archive.path),
+        archive=cached_archive(member.archive.path),
         parameters={**member.parameters, **parameters},
         frozen=member.frozen or bool(settings.get(FROZEN)),
     )

@@ -11,7 +11,7 @@ from functools import partial
 import numpy as np
 
 from ...errors import CouplingError, SceneError
-from ...results.dataset import about
+from ...results.dataset import scene_record
 from ...scene import Member, Scene, read
 from ...scene.manipulator import CLOSURE_EXCHANGED, ROD, RodParameters
 from ...simulation import open_simulation
@@ -59,7 +59,7 @@ def study(source: str, overrides: Sequence[str] = (), points: int = 12) -> Study
         strength_label="stiffness ratio k_tca / (EA/L)",
         panels=panels,
         settings={
-            **about(scene, "stability map"),
+            **scene_record(scene, "stability map"),
             "EA/L [N/m]": body.stiffness,
             "macro steps per run": STEPS,
             "macro steps per explicit run": EXPLICIT_STEPS,

@@ -72,7 +72,7 @@ def read(layer: Layer, scene: Scene, name: str, raw: Any) -> Axis:
         if not raw:
             layer.refuse(key, raw, "an empty list; give values, or a distribution")
         values = [validation.scalar(layer, key, value, variable) for value in raw]
-        return Axis(name, variable, tuple(variable.items[int(v) - 1] if variable.items else v for v in values))
+        return Axis(name, variable, tuple(variable.item_name(float(v)) if variable.items else v for v in values))
     if not isinstance(raw, Mapping):
         layer.refuse(key, raw, "wants a list of values or a distribution, such as { uniform = { loc = 1, scale = 2 } }")
     laws = [word for word in raw if word != "levels"]

@@ -79,7 +79,7 @@ class Plan:
 
     def identity(self) -> dict[str, str]:
         """Everything that makes a run what it is; more runs of the same sweep are still the same."""
-        about = results.about(self.scene, "")
+        about = results.scene_record(self.scene, "")
         chosen = {key: value for key, value in asdict(self.settings).items() if key != "runs"}
         return {
             **{key: str(about[key]) for key in ("stop_time_s", "coupling", "connections", "members", "versions")},

@@ -119,7 +119,7 @@ def _statistics(
 def _about(plan: Plan, outcomes: list[Outcome]) -> dict[str, object]:
     failed = sum(bool(o.failure) for o in outcomes)
     return {
-        **results.about(plan.scene, "complete" if not failed else f"{failed} of {len(outcomes)} runs failed"),
+        **results.scene_record(plan.scene, "complete" if not failed else f"{failed} of {len(outcomes)} runs failed"),
         "title": plan.title,
         "sweep": plan.name,
         "set": json.dumps(plan.overrides),

@@ -8,7 +8,7 @@ import numpy as np
 
 from ... import scene, simulation
 from ...errors import CosimError
-from ...fmi.archive import kept
+from ...fmi.archive import cached_archive
 
 __all__ = ["Outcome", "Point"]
 
@@ -37,7 +37,7 @@ class Point:
 
     def __call__(self) -> Outcome:
         try:
-            result = simulation.run(scene.read(self.source, (*self.held, *self.point), kept))
+            result = simulation.run(scene.read(self.source, (*self.held, *self.point), cached_archive))
         except CosimError as error:
             return Outcome(self.point, None, str(error))
         ran = result["time"].to_numpy()

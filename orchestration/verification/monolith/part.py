@@ -99,8 +99,7 @@ class Model(Instance):
         self._call("fmi2SetContinuousStates", self._all_buffer, self._all.size)
 
     def feed(self, values: np.ndarray) -> None:
-        self._driven.values[:] = values
-        self._set_values(self._driven.buffer)
+        self._write_inputs(values)
 
     def rates(self) -> np.ndarray:
         self._call("fmi2GetDerivatives", self._rates_buffer, self._rates.size)

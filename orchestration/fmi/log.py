@@ -1,0 +1,98 @@
+"""Messages of FMUs: what one instance logs, for the texts of exceptions and for the warnings of a run."""
+
+from __future__ import annotations
+
+import itertools
+import re
+import weakref
+from dataclasses import dataclass
+from typing import ClassVar
+
+import fmpy.fmi2 as fmi2
+from fmpy.fmi1 import printLogMessage
+
+__all__ = ["RECEIVER", "Log", "Warned"]
+
+MAX_KINDS = 50  # warnings of different wording kept per instance; an FMU may write what it likes
+MAX_TEXT = 2000  # characters kept of one message
+_NUMBER = re.compile(r"[-+]?\d+(\.\d*)?([eE][-+]?\d+)?")
+
+
+@dataclass
+class Warned:
+    """A warning of one FMU: its first text, how often it came (also with other numbers in it), and when first."""
+
+    member: str
+    text: str
+    count: int
+    time: float  # of the first one [s]
+
+    def __str__(self) -> str:
+        often = f", {self.count} times in all" if self.count > 1 else ""
+        return f"{self.member}: {self.text} (at t = {self.time:.6g} s{often})"
+
+
+class Log:
+    """Receives the messages of one instance.
+
+    Parameters
+    ----------
+    name
+        Name of the instance, by which messages without an environment are assigned.
+    """
+
+    _open: ClassVar[weakref.WeakValueDictionary[int, Log]] = weakref.WeakValueDictionary()
+    _keys = itertools.count(1)
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+        self.time = 0.0  # where the instance is [s]
+        self.messages: list[str] = []  # since the last call that failed
+        self.warnings: dict[str, Warned] = {}
+        self.key = next(self._keys)
+        self._open[self.key] = self
+
+    @classmethod
+    def receive(
+        cls, environment: int | None, instance: bytes | None, status: int, category: bytes | None, message: bytes | None
+    ) -> None:
+        """Take a message. fmpy's proxy keeps one receiver per process, so messages of other hosts' instances come
+        here as well."""
+        log = cls._open.get(environment or 0)
+        if log is None:
+            # Some FMUs hand over no environment. The newest instance of that name is meant, or the only one there is.
+            named = [one for _, one in sorted(cls._open.items()) if one.name.encode() == instance]
+            if not named and instance is None and len(cls._open) == 1:
+                named = list(cls._open.values())
+            log = named[-1] if named else None
+        if log is None:
+            printLogMessage(environment, instance or b"", status, category or b"", message or b"")
+        else:
+            log.add(status, (message or b"").decode("utf-8", "replace").replace("##", "#"))
+
+    def add(self, status: int, text: str) -> None:
+        """Keep a message that says more than that all is well."""
+        text = text.strip()[:MAX_TEXT]
+        if status == fmi2.fmi2OK or not text:
+            return
+        if len(self.messages) < MAX_KINDS:
+            self.messages.append(text)
+        if status == fmi2.fmi2Warning:
+            self.warn(text)
+
+    def warn(self, text: str) -> None:
+        """Count a warning; those that differ in numbers alone are one."""
+        kind = _NUMBER.sub("0", text)
+        if kind not in self.warnings and len(self.warnings) >= MAX_KINDS:
+            kind = text = f"more than {MAX_KINDS} different warnings; the others are not shown"
+        known = self.warnings.setdefault(kind, Warned(self.name, text, 0, self.time))
+        known.count += 1
+
+    def take(self) -> str:
+        """Return the messages since the last call of this, as one text."""
+        text = "; ".join(dict.fromkeys(self.messages)) or "nothing was logged"
+        self.messages.clear()
+        return text
+
+
+RECEIVER = fmi2.fmi2CallbackLoggerTYPE(Log.receive)
