@@ -1,5 +1,8 @@
-"""Many tasks: one after the other in this process, or spread over processes by dask.distributed, here or on a cluster
-that runs already."""
+"""Execution of many tasks.
+
+One after the other in this process, or spread over processes by dask.distributed, here or on a cluster that runs
+already.
+"""
 
 from __future__ import annotations
 

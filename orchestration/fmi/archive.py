@@ -1,5 +1,4 @@
-"""An FMU file: its variables as the XML declares them, and its content, extracted into folders that are removed
-again."""
+"""FMU files: the variables that the XML declares, and the content, extracted into folders that are removed again."""
 
 from __future__ import annotations
 
@@ -65,6 +64,7 @@ class Archive:
 
     @property
     def guid(self) -> str:
+        """Identification of the XML, which the library must match."""
         return self.description.guid
 
     @cached_property
@@ -187,8 +187,10 @@ def similar(word: str, known: list[str] | tuple[str, ...]) -> str:
 
 
 def _read(path: Path) -> tuple[ModelDescription, etree._Element]:
-    """Read modelDescription.xml. Its schema is checked by whoever makes the FMU; a scene needs only what is read
-    here."""
+    """Read modelDescription.xml.
+
+    Its schema is checked by whoever makes the FMU; a scene needs only what is read here.
+    """
     with open_archive(path) as file:
         try:
             content = read_member(file, "modelDescription.xml")

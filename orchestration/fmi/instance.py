@@ -1,6 +1,7 @@
 """One instance of an FMI 2.0 FMU through fmpy's bindings: what both of its interfaces need.
 
-A call that fails raises SubsystemError with what the FMU logged; warnings are counted (log.py)."""
+A call that fails raises SubsystemError with what the FMU logged; warnings are counted (log.py).
+"""
 
 from __future__ import annotations
 
@@ -289,8 +290,10 @@ def _surely_finite(values: np.ndarray) -> bool:
 
 
 def _untyped(library: ctypes.CDLL) -> ctypes.CDLL:
-    """Return the C functions without the argument types that fmpy gives them, whose conversions take longer than most
-    calls: every argument is a value or an array of ctypes."""
+    """Return the C functions without the argument types that fmpy gives them.
+
+    Its conversions take longer than most calls; here every argument is a value or an array of ctypes.
+    """
     return ctypes.CDLL(library._name, handle=library._handle)
 
 

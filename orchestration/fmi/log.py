@@ -56,8 +56,10 @@ class Log:
     def receive(
         cls, environment: int | None, instance: bytes | None, status: int, category: bytes | None, message: bytes | None
     ) -> None:
-        """Take a message. fmpy's proxy keeps one receiver per process, so messages of other hosts' instances come
-        here as well."""
+        """Take a message.
+
+        fmpy's proxy keeps one receiver per process, so messages of other hosts' instances come here as well.
+        """
         log = cls._open.get(environment or 0)
         if log is None:
             # Some FMUs hand over no environment. The newest instance of that name is meant, or the only one there is.

@@ -1,5 +1,7 @@
-"""An FMI 2.0 co-simulation FMU as a subsystem of the master (cosim/subsystem.py). A sweep costs a handful of bare C
-calls."""
+"""Co-simulation FMUs of FMI 2.0 as subsystems of the master (cosim/subsystem.py).
+
+A sweep costs a handful of bare C calls.
+"""
 
 from __future__ import annotations
 
@@ -74,8 +76,11 @@ class Slave(Instance):
         super().close()
 
     def set_inputs(self, polynomials: np.ndarray) -> None:
-        """Set the inputs for the step to come: rows (4, n_u) of c0 + c1 s + c2 s^2/2 + c3 s^3/6; discrete ones take
-        c0 alone."""
+        """Set the inputs for the step to come.
+
+        Rows (4, n_u) of c0 + c1 s + c2 s^2/2 + c3 s^3/6 over the time s since its start; discrete inputs take c0
+        alone.
+        """
         if not self._driven.size:
             return
         sent = polynomials.tobytes()
@@ -189,8 +194,10 @@ class Slave(Instance):
         return self._finite(rates, "time derivative of")
 
     def tangent(self, columns: np.ndarray) -> np.ndarray | None:
-        """Return the derivatives (n_y, n) of the outputs now by the inputs of these columns (n,); None where the FMU
-        offers none; 0 for those that are held."""
+        """Return the derivatives (n_y, n) of the outputs now by the inputs of these columns (n,).
+
+        None where the FMU offers none; 0 for those that are held.
+        """
         if not self._has_tangent:
             return None
         seed, one = fmi2.fmi2Real(1.0), ctypes.c_size_t(1)

@@ -1,5 +1,8 @@
-"""Units: quantities as people write them ("40 mm", "25 degC") to numbers in a variable's unit, by pint; whether two
-variables have the same unit, by FMI's rule."""
+"""Units of variables.
+
+Quantities as people write them ("40 mm", "25 degC") are converted to numbers in a variable's unit by pint; whether two
+variables have the same unit is decided by FMI's rule.
+"""
 
 from __future__ import annotations
 
@@ -67,8 +70,10 @@ def convert(
 
 
 def _in_base_units(number: float, name: str) -> tuple[float, float, dict[str, int]]:
-    """Return a quantity and the zero of its unit in SI base units by pint, and their exponents; ValueError where pint
-    knows no such unit."""
+    """Return a quantity and the zero of its unit in SI base units by pint, and their exponents.
+
+    ValueError where pint knows no such unit.
+    """
     registry = _registry()
     try:
         unit = _parsed(name)

@@ -29,8 +29,10 @@ def open_archive(path: Path) -> BinaryIO:
 
 
 def read_member(file: BinaryIO, name: str) -> bytes:
-    """Return the content of one file of a ZIP archive; KeyError where there is none, ValueError where it is too
-    large."""
+    """Return the content of one file of a ZIP archive.
+
+    KeyError where there is none, ValueError where it is too large.
+    """
     with zipfile.ZipFile(file) as archive:
         entry = next((info for info in archive.infolist() if info.filename.replace("\\", "/") == name), None)
         if entry is None:

@@ -1,7 +1,8 @@
 """Groups of variables that are read or written together, as arrays of numbers.
 
 Integers and enumerations are numbers as they are, Booleans 0 and 1, strings the numbers that `number_of` gives them in
-this process. Value references and buffers are prepared once; a group of Reals alone costs one bare C call."""
+this process. Value references and buffers are prepared once; a group of Reals alone costs one bare C call.
+"""
 
 from __future__ import annotations
 

@@ -63,8 +63,10 @@ def _comparable(name: str, a: xr.Dataset, b: xr.Dataset) -> bool:
 
 
 def _common_rows(first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the rows of two increasing grids (n,), (m,) that have the same time: for each of the first the nearest of
-    the second."""
+    """Return the rows of two increasing grids (n,), (m,) that have the same time.
+
+    The rows of the first that have one, and for each the nearest row of the second.
+    """
     if not first.size or not second.size:
         return np.zeros(0, dtype=int), np.zeros(0, dtype=int)
     after = np.clip(np.searchsorted(second, first), 1, max(second.size - 1, 1))

@@ -3,7 +3,8 @@
 Elements of one vector without gaps come as one variable with index dimensions: thermal.T (time, index3), rod.shape.p
 (time, index21, index3). Indices are those of the FMU: index3 counts from 1, index3_from0 from 0. Integers, Booleans,
 enumerations (numbers, whose words are in the attribute flag_meanings) and strings keep their types. The log of the
-coupling lies on the same time axis: coupling.step [s], sweeps, residual and error (shares of the nominals), gain."""
+coupling lies on the same time axis: coupling.step [s], sweeps, residual and error (shares of the nominals), gain.
+"""
 
 from __future__ import annotations
 

@@ -30,8 +30,10 @@ def machine() -> dict[str, str]:
 
 
 def commit() -> str:
-    """Return the commit of the checkout that this package runs from, with + where files differ from it; 'none' for an
-    installed package."""
+    """Return the commit of the checkout that this package runs from.
+
+    With + where files differ from it; 'none' for an installed package.
+    """
     with contextlib.suppress(OSError, subprocess.CalledProcessError):
         git = ["git", "-C", str(Path(__file__).parent)]
         commands = [["rev-parse", "--short=12", "HEAD"], ["status", "--porcelain", "--untracked-files=no", "."]]

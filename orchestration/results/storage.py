@@ -43,8 +43,11 @@ def read(path: Path) -> xr.Dataset:
 
 
 def _write_netcdf(dataset: xr.Dataset, path: Path) -> None:
-    """Write a NetCDF file. Names that it does not allow, such as dy/dt, are written with percent signs (dy%2Fdt); the
-    attribute variable_name keeps the true one."""
+    """Write a NetCDF file.
+
+    Names that it does not allow, such as dy/dt, are written with percent signs (dy%2Fdt); the attribute variable_name
+    keeps the true one.
+    """
     names = {str(name): _file_name(str(name), k) for k, name in enumerate(dataset.data_vars)}
     changed = {name: written for name, written in names.items() if name != written}
     if changed:
