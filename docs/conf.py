@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from typing import Any
 
 ROOT = Path(__file__).parent.parent
 
@@ -26,11 +27,10 @@ nb_execution_raise_on_error = True
 nb_execution_in_temp = True
 nb_execution_timeout = 300
 nb_execution_show_tb = True
-nb_merge_streams = True
 copybutton_exclude = ".linenos, .gp, .go"
 
 # Python API
-autodoc_member_order = "bysource"
+autodoc_member_order = "groupwise"
 autodoc_typehints = "signature"
 autodoc_preserve_defaults = True
 napoleon_google_docstring = False
@@ -44,3 +44,8 @@ html_css_files = ["site.css"]
 html_copy_source = False
 html_show_copyright = False
 html_theme_options = {"top_of_page_buttons": []}
+
+
+def setup(app: Any) -> None:
+    """Leaves out docstrings of modules, which the pages replace."""
+    app.connect("autodoc-process-docstring", lambda app, what, *rest: rest[-1].clear() if what == "module" else None)
