@@ -1,4 +1,4 @@
-"""docs/reference.md: up to date, and everything in it once."""
+"""docs/reference.md: up to date, and everything in it once; the diagrams: up to date."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import re
 import sys
 from collections import Counter
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 import typer
@@ -16,12 +17,21 @@ from tca_cosim.cli import app
 from tca_cosim.fmi.archive import Archive, find_fmu
 from tca_cosim.scene.schema import declared
 from tca_cosim.studies import sweep
+from test_layers import ORDER
 
-spec = importlib.util.spec_from_file_location("reference", Path(__file__).parent.parent / "docs" / "reference.py")
-reference = importlib.util.module_from_spec(spec)
-sys.modules["reference"] = reference
-spec.loader.exec_module(reference)
+DOCS = Path(__file__).parent.parent / "docs"
 
+
+def load(name: str) -> ModuleType:
+    """A script of docs/ as a module."""
+    spec = importlib.util.spec_from_file_location(name, DOCS / f"{name}.py")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+reference = load("reference")
 PAGE = reference.FILE.read_text(encoding="utf-8")
 
 
@@ -77,3 +87,14 @@ def expanded(name: str) -> list[str]:
         for part in parts
     ]
     return ["".join(choice) for choice in itertools.product(*choices)]
+
+
+def test_the_diagrams_are_up_to_date() -> None:
+    diagrams = load("diagrams")
+    for name, content in diagrams.diagrams().items():
+        assert (DOCS / "figures" / name).read_text(encoding="utf-8") == content, "run python docs/diagrams.py"
+
+
+def test_the_diagram_shows_the_layers() -> None:
+    rows = [{name for name, _ in row} for row in load("diagrams").LAYERS]
+    assert rows == [set(layer) for layer in reversed(ORDER)]
