@@ -26,7 +26,7 @@ LAYERS: tuple[tuple[tuple[str, str], ...], ...] = (
     (("scene", "TOML and SSP, checked"),),
     (("fmi", "archive, instance, slave, units"),),
     (("cosim", "master, loops, extrapolation, step control"),),
-    (("files", "atomic writes"), ("parallel", "processes")),
+    (("files", "atomic writes"), ("parallel", "processes"), ("plotting", "colours of all figures")),
     (("errors", "what, where, allowed, remedy"),),
 )
 
