@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Iterable, Iterator, Mapping
+import json
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,6 +15,7 @@ from .cosim.frozen_subsystem import FrozenSubsystem
 from .cosim.graph import assemble
 from .cosim.master import Master, StepLog
 from .cosim.settings import Coupling
+from .cosim.statistics import summarize
 from .cosim.step_control import Control, Doubling, Embedded, Fixed
 from .cosim.subsystem import Recorder
 from .cosim.time_loop import drive
@@ -41,6 +43,24 @@ class OpenSimulation:
         """Run to the stop time and yield the log of every macro step. marks: times [s] at which steps end."""
         breaks = [t for m in self.scene.members for signal in m.signals.values() for t in signal.breaks]
         return drive(self.master, _control(self.scene.coupling), 0.0, self.scene.stop_time, breaks, progress, marks)
+
+    def collect(self, first: Any, logs: Sequence[StepLog], status: str) -> xr.Dataset:
+        """Return the result of the steps taken.
+
+        Parameters
+        ----------
+        first
+            Record at the start.
+        logs : sequence of StepLog
+            Accepted steps with their records.
+        status : str
+            'complete', or why the run ended early.
+        """
+        names = {m.name: recorded_variables(m) for m in self.scene.members}
+        result = results.collect(self.scene, names, first, logs, status)
+        statistics = summarize(self.master, logs)
+        result.attrs |= {"statistics": json.dumps(statistics), "notes": json.dumps(self.master.notes)}
+        return result
 
 
 def _records(systems: Mapping[str, Recorder]) -> dict[str, Any]:
@@ -102,16 +122,14 @@ def run(scene: Scene, progress: Callable[[float], None] = lambda time: None) -> 
 
 def run_to_end(ready: OpenSimulation, progress: Callable[[float], None] = lambda time: None) -> xr.Dataset:
     """Run what is loaded already, once, as run() does."""
-    scene = ready.scene
-    names = {m.name: recorded_variables(m) for m in scene.members}
     first, logs = ready.master.observe(), []
     try:
         for log in ready.steps(progress):
             logs.append(log)
     except CosimError as error:
-        error.partial = results.collect(scene, names, first, logs, f"partial: {error}")
+        error.partial = ready.collect(first, logs, f"partial: {error}")
         raise
-    return results.collect(scene, names, first, logs, "complete")
+    return ready.collect(first, logs, "complete")
 
 
 def _slave(scene: Scene, member: Member) -> Slave:

@@ -162,6 +162,15 @@ def test_at_most_n_columns_and_none_dependent() -> None:
     assert np.linalg.svd(v, compute_uv=False)[-1] > 1e-4
 
 
+def test_a_column_is_kept_where_it_adds_a_direction() -> None:
+    """The filter lies between a hundredth and a thousandth of a column's length."""
+    for tilt, columns in ((1e-2, 2), (1e-3, 1)):
+        secants = IterationHistory(2).secants
+        for dr in (np.array([1.0, 0.0]), np.array([1.0, tilt])):
+            secants.add(dr, dr)
+        assert len(secants.columns) == columns
+
+
 def test_not_a_number_ends_at_once() -> None:
     outcome = solve(lambda x: x * np.nan, np.zeros(2), np.ones(2), create("iqn"), IterationHistory(2), TOLERANCE, 50)
     assert not outcome.converged

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from tca_cosim import CouplingError
 from tca_cosim.cosim.linear_subsystem import Linear
+from tca_cosim.cosim.node import MacroStep
 from tca_cosim.studies.stability.model_problems import (
     Implicit,
     actuated,
@@ -114,7 +115,7 @@ def test_first_unstable_step_with_outputs_of_the_same_instant(degree: str, limit
         master = connected(systems, connections, None, degree, degree, jacobi=True)
         record = []
         for number in range(80):
-            master.advance(number * step, step)
+            master.advance(MacroStep(number * step, step, (number + 1) * step))
             past = {node: node.samples[:-1] for node in master.nodes}
             master.arrive((number + 1) * step)  # evaluates the outputs anew, but forgets what was before
             for node in master.nodes:

@@ -13,7 +13,7 @@ from ..errors import SubsystemError
 from .acceleration import IterationHistory, Method, Outcome, create, norm, solve
 from .extrapolation import METHODS, Extrapolation, Sample
 from .graph import WiredComponent
-from .node import Node
+from .node import MacroStep, Node
 from .settings import Coupling
 from .step_error import StepError
 
@@ -22,26 +22,25 @@ __all__ = ["solve_loop"]
 
 def solve_loop(
     component: WiredComponent,
-    time: float,
-    length: float,
+    step: MacroStep,
     settings: Coupling,
     history: IterationHistory,
     restore: Callable[[WiredComponent], None],
 ) -> Outcome:
-    """Step the nodes of a loop from `time` by `length` [s] with consistent inputs.
+    """Step the nodes of a loop with consistent inputs.
 
     Parameters
     ----------
     component : WiredComponent
-        Its nodes are at `time`; inputs from signals and other components are set.
-    time, length : float
-        The macro step [s].
+        Its nodes are at the start of the step; inputs from signals and other components are set.
+    step : MacroStep
+        What is to be done.
     settings : Coupling
         Method, tolerance and limits.
     history : IterationHistory
         What earlier steps left.
     restore : callable
-        Sets the component's nodes back to `time`.
+        Sets the component's nodes back to the start of the step.
 
     Raises
     ------
@@ -51,10 +50,10 @@ def solve_loop(
     interface = component.interface
     method = settings.loop_method or _first_step_method(component, settings.torn)
     if method is None:
-        return _explicit(component, time, length, settings)
+        return _explicit(component, step, settings)
     # The first guess is the parabola through the newest samples; an explicit first step starts from its own waveform.
     fit = METHODS["quadratic"].fit if settings.loop_method else settings.torn.fit
-    start = interface.pack(lambda node: node.samples[-1], length)
+    start = interface.pack(lambda node: node.samples[-1], step.length)
     fresh = True
 
     def sweep_from(x: np.ndarray) -> np.ndarray:
@@ -64,15 +63,15 @@ def solve_loop(
         if not fresh:
             restore(component)
         fresh = False
-        guesses = interface.unpack(x, lambda node: node.samples[-1], time + length, length)
-        _set_torn_inputs(component, time, settings.torn, guesses)
-        return _sweep(component, time, length, settings)
+        guesses = interface.unpack(x, lambda node: node.samples[-1], step.end, step.length)
+        _set_torn_inputs(component, step.time, settings.torn, guesses)
+        return _sweep(component, step, settings)
 
     cause, reached = "the iteration does not converge", None
     try:
         outcome = solve(
             sweep_from,
-            interface.predict(fit, time, length),
+            interface.predict(fit, step.time, step.length),
             interface.scale,
             method,
             history,
@@ -94,12 +93,12 @@ def solve_loop(
     raise StepError(cause, residuals, history.secants.gain, reached)
 
 
-def _explicit(component: WiredComponent, time: float, length: float, settings: Coupling) -> Outcome:
+def _explicit(component: WiredComponent, step: MacroStep, settings: Coupling) -> Outcome:
     """Sweep once with extrapolated inputs. The residual is the error of the extrapolation."""
     interface = component.interface
-    x = interface.predict(settings.torn.fit, time, length)
-    _set_torn_inputs(component, time, settings.torn, {})
-    error = norm((_sweep(component, time, length, settings) - x) / interface.scale)
+    x = interface.predict(settings.torn.fit, step.time, step.length)
+    _set_torn_inputs(component, step.time, settings.torn, {})
+    error = norm((_sweep(component, step, settings) - x) / interface.scale)
     if not error <= settings.trust_radius:
         cause = f"explicit coupling is off by more than the reach of {settings.trust_radius:g} nominals"
         raise StepError(cause, (error,), remedy="Iterate: coupling.method = 'iqn', or take smaller macro steps")
@@ -116,11 +115,11 @@ def _first_step_method(component: WiredComponent, waveform: Extrapolation) -> Me
     return create("iqn") if short and all(node.subsystem.can_rollback for node in component.nodes) else None
 
 
-def _sweep(component: WiredComponent, time: float, length: float, settings: Coupling) -> np.ndarray:
+def _sweep(component: WiredComponent, step: MacroStep, settings: Coupling) -> np.ndarray:
     """Step every node once and return the unknowns (n,) that result."""
     for node in component.nodes:
-        node.step(time, length, settings.forward)
-    return component.interface.pack(lambda node: node.current, length)
+        node.step(step, settings.forward)
+    return component.interface.pack(lambda node: node.current, step.length)
 
 
 def _set_torn_inputs(

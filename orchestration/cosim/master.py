@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from time import perf_counter
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,7 +20,7 @@ from .algebraic_loop import solve_loop
 from .extrapolation import Sample
 from .graph import WiredComponent
 from .initialization import initialize, reinitialize_after_event
-from .node import Node, StepObserver
+from .node import MacroStep, Node, StepObserver
 from .settings import Coupling
 from .step_error import StepError, give_up
 
@@ -75,6 +76,15 @@ class Master:
     observe : callable
         Called after every macro step; its result is the record in the log.
 
+    Attributes
+    ----------
+    rejected : int
+        Steps taken back so far because they failed or were too inaccurate.
+    seconds, recording_seconds : float
+        Wall time of all steps, and of it that of `observe` [s].
+    notes : list of str
+        What the user should know of how the run was done.
+
     Raises
     ------
     SubsystemError
@@ -88,6 +98,9 @@ class Master:
         self.nodes = tuple(node for component in components for node in component.nodes)
         self.settings = settings
         self.observe = observe
+        self.rejected = 0
+        self.seconds = self.recording_seconds = 0.0
+        self.notes: list[str] = []
         self._forget_loops()
         self._start = self.checkpoint()
         for component in components:
@@ -114,11 +127,23 @@ class Master:
         for component in self.components:
             reinitialize_after_event(component, time, self.settings)
 
-    def advance(self, time: float, length: float) -> StepLog:
-        """Take a coupled macro step from `time` of `length` [s].
+    def advance(self, step: MacroStep) -> StepLog:
+        """Take a coupled macro step.
 
-        Raises StepError with everything as it was at `time`, CouplingError where a subsystem cannot be set back.
+        Raises StepError with everything as it was before, CouplingError where a subsystem cannot be set back.
         """
+        begin = perf_counter()
+        try:
+            log = self._advance(step)
+            observed = perf_counter()
+            log = log._replace(record=self.observe())
+            self.recording_seconds += perf_counter() - observed
+            return log
+        finally:
+            self.seconds += perf_counter() - begin
+
+    def _advance(self, step: MacroStep) -> StepLog:
+        time, length, end = step
         self.save(self._start)
         sweeps, residual, error, inverse = 1, 0.0, 0.0, None
         try:
@@ -127,15 +152,16 @@ class Master:
                     node.apply_signals(time, length)
                     node.receive(node.moving_upstream, time, self.settings.forward)
                 if not component.interface.size:
-                    component.nodes[0].step(time, length, self.settings.forward)
+                    component.nodes[0].step(step, self.settings.forward)
                     continue
                 history = self._histories[component]
-                outcome = solve_loop(component, time, length, self.settings, history, self._restore)
+                outcome = solve_loop(component, step, self.settings, history, self._restore)
                 sweeps = max(sweeps, len(outcome.residuals))
                 residual = max(residual, outcome.residuals[-1])
                 error = max(error, outcome.error)
                 inverse = history.secants.inverse
         except (SubsystemError, StepError) as failure:
+            self.rejected += 1
             self._go_back(time, length, failure)
             # Discard the secants: they come from diverging iterates.
             self._histories[component] = IterationHistory(component.interface.size)
@@ -144,7 +170,7 @@ class Master:
             raise StepError(str(failure), reached=failure.reached) from failure
         for node in self.nodes:
             node.samples = (*node.samples[-2:], node.current)
-        return StepLog(time + length, length, sweeps, residual, error, inverse, self.observe())
+        return StepLog(end, length, sweeps, residual, error, inverse, None)
 
     def watch(self, name: str, observer: StepObserver | None) -> None:
         """Let an observer follow the steps and restores of the subsystem of that name; None ends it."""
@@ -166,7 +192,7 @@ class Master:
         """Save all states. Raises SubsystemError."""
         for node in self.nodes:
             if node.subsystem.can_rollback:
-                checkpoint.handles[node] = node.subsystem.save(checkpoint.handles.get(node))
+                checkpoint.handles[node] = node.save(checkpoint.handles.get(node))
             checkpoint.samples[node] = node.samples
 
     def rewind(self, checkpoint: Checkpoint) -> None:

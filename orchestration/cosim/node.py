@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from time import perf_counter
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -11,9 +12,27 @@ from .extrapolation import NOTHING, Extrapolation, Sample
 from .signals import Signal
 from .subsystem import Subsystem
 
-__all__ = ["Columns", "DrivenInput", "Link", "Node", "StepObserver"]
+__all__ = ["Columns", "DrivenInput", "Link", "MacroStep", "Node", "StepObserver"]
 
 Columns = np.ndarray | slice  # a slice where indices are consecutive, which numpy copies several times faster
+
+
+class MacroStep(NamedTuple):
+    """One macro step.
+
+    Attributes
+    ----------
+    time : float
+        Its start [s].
+    length : float
+        What subsystems are asked to advance by [s].
+    end : float
+        Its end [s]: time + length but for rounding.
+    """
+
+    time: float
+    length: float
+    end: float
 
 
 class DrivenInput(NamedTuple):
@@ -79,6 +98,10 @@ class Node:
         End of the step in progress.
     observer : StepObserver or None
         Receives steps and restores, for measurements.
+    seconds : float
+        Wall time spent in the subsystem so far: inputs, steps, outputs, saved and restored states [s].
+    restores : int
+        Number of restored states.
     """
 
     subsystem: Subsystem
@@ -93,6 +116,8 @@ class Node:
     samples: tuple[Sample, ...] = ()
     current: Sample = NOTHING
     observer: StepObserver | None = None
+    seconds: float = 0.0
+    restores: int = 0
 
     def sample(self, time: float) -> Sample:
         """Return the wired outputs now, at `time` [s]. Raises SubsystemError."""
@@ -112,17 +137,31 @@ class Node:
             source = link.source
             self.inputs[:, link.targets] = exchange.fit((*source.samples, source.current), time)[:, link.columns]
 
-    def step(self, time: float, length: float, exchange: Extrapolation) -> None:
+    def step(self, step: MacroStep, exchange: Extrapolation) -> None:
         """Set forward inputs and advance the subsystem; all other inputs are set already. Raises SubsystemError."""
-        self.receive(self.forward, time, exchange)
-        self.subsystem.set_inputs(self.inputs)
-        self.subsystem.step(time, length)
-        self.current = self.sample(time + length)
+        self.receive(self.forward, step.time, exchange)
+        begin = perf_counter()
+        try:
+            self.subsystem.set_inputs(self.inputs)
+            self.subsystem.step(step.time, step.length)
+            self.current = self.sample(step.end)
+        finally:
+            self.seconds += perf_counter() - begin
         if self.observer is not None:
             self.observer.stepped()
 
+    def save(self, into: Any = None) -> Any:
+        """Return a handle of the subsystem's state; `into` is an older one that may be overwritten."""
+        begin = perf_counter()
+        state = self.subsystem.save(into)
+        self.seconds += perf_counter() - begin
+        return state
+
     def restore(self, state: Any) -> None:
         """Set the subsystem back to a saved state. Raises SubsystemError."""
+        begin = perf_counter()
         self.subsystem.restore(state)
+        self.seconds += perf_counter() - begin
+        self.restores += 1
         if self.observer is not None:
             self.observer.restored()

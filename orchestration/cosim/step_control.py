@@ -1,7 +1,7 @@
 """Control of the macro step's length.
 
-A control is a frozen value with attempt(master, time, length) -> StepResult: it tries a step of that length, and says
-which steps were accepted and which length it would take next. StepError of the master passes through; the time loop
+A control is a frozen value with attempt(master, step) -> StepResult: it tries the step, and says which steps were
+accepted and which length it would take next. StepError of the master passes through; the time loop
 retries with a shorter step.
 """
 
@@ -14,6 +14,7 @@ import numpy as np
 
 from .extrapolation import METHODS, Fit, Sample
 from .master import Master, StepLog
+from .node import MacroStep
 
 __all__ = ["Control", "Doubling", "Embedded", "Fixed", "StepResult"]
 
@@ -47,8 +48,12 @@ class Control(Protocol):
     def step(self) -> float:
         """First length [s]."""
 
-    def attempt(self, master: Master, time: float, length: float) -> StepResult:
-        """Try a step from `time` of `length` [s]. Raises StepError with everything as it was."""
+    @property
+    def equidistant(self) -> bool:
+        """Whether steps end at multiples of the first length."""
+
+    def attempt(self, master: Master, step: MacroStep) -> StepResult:
+        """Try a step. Raises StepError with everything as it was."""
 
 
 @dataclass(frozen=True)
@@ -56,10 +61,11 @@ class Fixed:
     """Steps of one length [s]."""
 
     step: float
+    equidistant = True
 
-    def attempt(self, master: Master, time: float, length: float) -> StepResult:
+    def attempt(self, master: Master, step: MacroStep) -> StepResult:
         """Take the step."""
-        return StepResult((master.advance(time, length),), self.step)
+        return StepResult((master.advance(step),), self.step)
 
 
 @dataclass(frozen=True)
@@ -82,6 +88,7 @@ class Adaptive:
     tolerance: float
     least: float
     most: float
+    equidistant = False
 
     def error(self, difference: np.ndarray, nominals: np.ndarray, values: np.ndarray) -> float:
         """Return the norm of a difference (n,) between outputs of size `values` (n,), in tolerances."""
@@ -105,21 +112,27 @@ class Doubling(Adaptive):
     two (Hairer, Norsett, Wanner, Solving ODEs I, II.4).
     """
 
-    def attempt(self, master: Master, time: float, length: float) -> StepResult:
-        """Take one step of `length` and two of half of it."""
+    def attempt(self, master: Master, step: MacroStep) -> StepResult:
+        """Take the step whole and in halves."""
+        time, length, _ = step
         order = master.settings.torn.order
         start = master.checkpoint()
         try:
             master.save(start)
-            master.advance(time, length)
+            master.advance(step)
             whole = master.outputs()
             master.rewind(start)
             half = 0.5 * length
-            steps = (master.advance(time, half), master.advance(time + half, half))
+            middle = time + half
+            steps = (
+                master.advance(MacroStep(time, half, middle)),
+                master.advance(MacroStep(middle, half, step.end)),
+            )
             pair = master.outputs()
             error = self.error(pair - whole, master.nominals(), pair) / (2.0**order - 1.0)
             next_length = self.next_length(length, error, order + 1.0, 6.0)
             if self.rejects(length, error):
+                master.rejected += 1
                 master.rewind(start)
                 return StepResult((), next_length)
             return StepResult(steps, next_length)
@@ -139,17 +152,19 @@ class Embedded(Adaptive):
     an order in H smaller.
     """
 
-    def attempt(self, master: Master, time: float, length: float) -> StepResult:
+    def attempt(self, master: Master, step: MacroStep) -> StepResult:
         """Take one step and compare."""
+        time, length, _ = step
         start = master.checkpoint()
         try:
             master.save(start)
-            log = master.advance(time, length)
+            log = master.advance(step)
             error = self._error(master, time, length)
             if error is None:
                 return StepResult((log,), length)
             next_length = self.next_length(length, error, min(master.settings.torn.order, 3), 2.0)
             if self.rejects(length, error):
+                master.rejected += 1
                 master.rewind(start)
                 return StepResult((), next_length)
             return StepResult((log,), next_length)

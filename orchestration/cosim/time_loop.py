@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator
 
+from .communication_points import TIME_RTOL, segments
 from .master import Master, StepLog
+from .node import MacroStep
 from .step_control import Control
 from .step_error import StepError, give_up
 
 __all__ = ["drive"]
 
-TIME_RTOL = 1e-9  # share of a step below which two times are the same
 RETRY_RATIO = 0.9  # largest ratio of a retried step to the failed one; closer to 1 it would fail again, without end
 
 
@@ -48,34 +49,36 @@ def drive(
     """
     time, wish, cap = start, control.step, math.inf
     least = control.step * 0.5**master.settings.halvings
-    events = {t for t in breaks if start < t < stop}
-    near = TIME_RTOL * control.step
-    marks = {t for t in marks if start < t < stop and all(abs(t - event) > near for event in events)}
-    for target in sorted(events | marks | {stop}):
-        if time in events:
-            master.arrive(time)
-        while time < target:
-            remaining = target - time
-            length = remaining / max(1, math.ceil(remaining / min(wish, cap) - TIME_RTOL))
+    for segment in segments(start, stop, control.step if control.equidistant else None, breaks, marks):
+        remaining = segment.length
+        while time < segment.end:
+            parts = max(1, math.ceil(remaining / min(wish, cap) - TIME_RTOL))
+            length = remaining / parts
+            step = MacroStep(time, length, segment.end if parts == 1 else time + length)
             try:
-                result = control.attempt(master, time, length)
+                result = control.attempt(master, step)
             except StepError as failure:
-                cap = _shorter(time, length, failure.reached, least)
+                cap = _shorter(step, failure.reached, least)
                 if cap < least * (1.0 - TIME_RTOL):
                     raise give_up(time, length, failure) from failure
                 continue
             wish = result.next_length
             if result.steps:
-                *earlier, last = result.steps
-                if last.time != target and abs(target - last.time) <= TIME_RTOL * length:
-                    last = last._replace(time=target)
-                yield from (*earlier, last)
+                yield from result.steps
                 cap *= 2.0
-                time = last.time
+                time = step.end
+                remaining = segment.end - time
                 progress(time)
+        if segment.event:
+            master.arrive(time)
+    if control.equidistant and segment.length < control.step * (1.0 - TIME_RTOL):
+        master.notes.append(
+            f"the last step is {segment.length:.6g} s: steps of {control.step:.6g} s do not end at the stop time "
+            f"{stop:.6g} s"
+        )
 
 
-def _shorter(time: float, length: float, reached: float | None, least: float) -> float:
+def _shorter(step: MacroStep, reached: float | None, least: float) -> float:
     """Return the length [s] to retry with: as far as a subsystem came if that is a useful step, else half."""
-    came = 0.0 if reached is None else reached - time
-    return came if least <= came <= RETRY_RATIO * length else 0.5 * length
+    came = 0.0 if reached is None else reached - step.time
+    return came if least <= came <= RETRY_RATIO * step.length else 0.5 * step.length

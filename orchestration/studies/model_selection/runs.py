@@ -10,11 +10,10 @@ from collections.abc import Callable, Iterator, Mapping
 import numpy as np
 import xarray as xr
 
-from ... import results
 from ...cosim.master import StepLog
 from ...errors import CosimError
 from ...scene import Scene
-from ...simulation import open_simulation, recorded_variables
+from ...simulation import OpenSimulation, open_simulation, recorded_variables
 from .hierarchy import Choice, apply_choice
 from .measure import Quantity, Trajectory, relative_error, requested_quantities
 
@@ -40,6 +39,7 @@ class ResumableRun:
         self._watch = watch
         self.cost = 0.0
         self._logs: list[StepLog] = []
+        self._ready: OpenSimulation | None = None
         self._steps: Iterator[StepLog] | None = None
         self._failure: CosimError | None = None
         self._open = contextlib.ExitStack()
@@ -89,8 +89,8 @@ class ResumableRun:
 
     def _advance(self, stop: float, limit: float) -> bool:
         if self._steps is None:
-            ready = self._open.enter_context(open_simulation(self.scene))
-            self._first, self._steps = ready.master.observe(), ready.steps(self._watch)
+            self._ready = self._open.enter_context(open_simulation(self.scene))
+            self._first, self._steps = self._ready.master.observe(), self._ready.steps(self._watch)
         before, begin = self.cost, time.thread_time()
         for log in self._steps:
             self._logs.append(log)
@@ -100,8 +100,8 @@ class ResumableRun:
         return self._passed(stop)
 
     def _collected(self, status: str) -> xr.Dataset:
-        names = {m.name: recorded_variables(m) for m in self.scene.members}
-        return results.collect(self.scene, names, self._first, self._logs, status)
+        assert self._ready is not None, "nothing was run"
+        return self._ready.collect(self._first, self._logs, status)
 
 
 class RunCache:

@@ -10,6 +10,7 @@ import numpy as np
 from ...cosim.graph import assemble
 from ...cosim.linear_subsystem import Linear
 from ...cosim.master import Master, StepLog
+from ...cosim.node import MacroStep
 from ...cosim.settings import Coupling
 from ...cosim.signals import Signal
 from ...cosim.step_control import Control, Fixed
@@ -158,7 +159,7 @@ def course(
     logs: list[StepLog] = []
     for number in range(count):
         try:
-            logs.append(master.advance(number * step, step))
+            logs.append(master.advance(MacroStep(number * step, step, (number + 1) * step)))
         except StepError as failure:
             raise give_up(number * step, step, failure) from failure
     return [log.record for log in logs], logs
