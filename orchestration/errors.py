@@ -6,7 +6,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-__all__ = ["CosimError", "CouplingError", "SceneError", "SubsystemError", "TerminationRequest"]
+__all__ = ["CosimError", "CouplingError", "SceneError", "SceneWarning", "SubsystemError", "TerminationRequest"]
 
 
 class CosimError(Exception):
@@ -17,6 +17,10 @@ class CosimError(Exception):
 
 class SceneError(CosimError):
     """A scene, parameter set or override that cannot be run as written."""
+
+
+class SceneWarning(UserWarning):
+    """A scene that runs, though part of what it says has no effect or may not be meant."""
 
 
 class SubsystemError(CosimError):

@@ -11,6 +11,7 @@ from typing import Any
 import xarray as xr
 
 from . import results
+from .cosim.converted_inputs import convert_inputs
 from .cosim.frozen_subsystem import FrozenSubsystem
 from .cosim.graph import assemble
 from .cosim.master import Master, StepLog
@@ -19,6 +20,7 @@ from .cosim.statistics import summarize
 from .cosim.step_control import Control, Doubling, Embedded, Fixed
 from .cosim.subsystem import Recorder
 from .cosim.time_loop import drive
+from .cosim.topology import Connection
 from .errors import CosimError, SceneError, SubsystemError
 from .fmi.archive import Variable
 from .fmi.slave import Slave
@@ -98,11 +100,12 @@ def open_simulation(
             stack.callback(member.archive.close)  # the extracted files; a later run extracts them again
         slaves = tuple(stack.enter_context(contextlib.closing(_slave(scene, member))) for member in scene.members)
         frozen = {m.name for m in scene.members if m.frozen}
-        systems: dict[str, Slave | FrozenSubsystem] = {
-            slave.name: FrozenSubsystem(slave) if slave.name in frozen else slave for slave in slaves
+        connections = [c for c in scene.connections if c.target[0] not in frozen]
+        systems: dict[str, Recorder] = {
+            slave.name: FrozenSubsystem(slave) if slave.name in frozen else _converted(slave, connections)
+            for slave in slaves
         }
         _refuse_adaptive_steps(scene.coupling, systems)
-        connections = [c for c in scene.connections if c.target[0] not in frozen]
         signals = {m.name: m.signals for m in scene.members}
         components = assemble(tuple(systems.values()), connections, signals, scene.coupling)
         master = Master(components, scene.coupling, lambda: observe(systems))
@@ -150,7 +153,13 @@ def recorded_variables(member: Member) -> list[Variable]:
     return [v for v in member.archive.variables.values() if v.type == "Real" and v.causality in ("input", "output")]
 
 
-def _refuse_adaptive_steps(coupling: Coupling, systems: Mapping[str, Slave | FrozenSubsystem]) -> None:
+def _converted(slave: Slave, connections: Sequence[Connection]) -> Recorder:
+    """The slave, behind the conversions of the connections that feed it, if there are any."""
+    into = [c for c in connections if c.target[0] == slave.name and c.transforms]
+    return convert_inputs(slave, {c.target[1]: (c.factor, c.offset) for c in into}) if into else slave
+
+
+def _refuse_adaptive_steps(coupling: Coupling, systems: Mapping[str, Recorder]) -> None:
     """Raise SubsystemError where steps would have to be repeated and a subsystem cannot."""
     rigid = [name for name, system in systems.items() if not system.can_rollback]
     if rigid and coupling.control != "fixed":

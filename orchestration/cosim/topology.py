@@ -17,14 +17,24 @@ __all__ = ["Component", "Connection", "components"]
 
 @dataclass(frozen=True)
 class Connection:
-    """A wire from an output to an input, each a pair (subsystem, variable)."""
+    """A wire from an output to an input, each a pair (subsystem, variable); the target receives factor * value +
+    offset."""
 
     source: tuple[str, str]
     target: tuple[str, str]
+    factor: float = 1.0
+    offset: float = 0.0
+
+    @property
+    def transforms(self) -> bool:
+        """Whether the target receives another number than the source gives."""
+        return (self.factor, self.offset) != (1.0, 0.0)
 
     def __str__(self) -> str:
-        """Return 'a.y -> b.u'."""
-        return f"{'.'.join(self.source)} -> {'.'.join(self.target)}"
+        """Return 'a.y -> b.u', or 'a.y * 1000 + 5 -> b.u'."""
+        factor = "" if self.factor == 1.0 else f" * {self.factor:g}"
+        offset = "" if self.offset == 0.0 else f" {'-' if self.offset < 0.0 else '+'} {abs(self.offset):g}"
+        return f"{'.'.join(self.source)}{factor}{offset} -> {'.'.join(self.target)}"
 
 
 @dataclass(frozen=True)

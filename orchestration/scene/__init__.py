@@ -1,7 +1,7 @@
-"""Scenes: what is run, as data."""
+"""Scenes: FMUs, parameters, inputs, connections and settings of a run, as data."""
 
 from .layers import find, load, parameter_sets, titles
-from .members import Member
+from .member import Member
 from .scene import KEYS, TABLES, Coupling, Scene, read
 
 __all__ = ["KEYS", "TABLES", "Coupling", "Member", "Scene", "find", "load", "parameter_sets", "read", "titles"]

@@ -1,79 +1,196 @@
-"""Who feeds whom in a scene. Connected variables have one unit; where an FMU declares none, any fits."""
+"""Connections of a scene: texts 'fmu.output -> fmu.input' or tables, checked against the FMUs and their units.
+
+Connected variables measure the same quantity; values are converted where their units differ. Where one end declares no
+unit, any fits. Names may hold any character: a text is split where both its ends name a variable; where that leaves a
+choice, or none, a table {from = "fmu.output", to = "fmu.input"} says it."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
 from ..cosim.topology import Connection
+from .unit_conversion import conversion, unit_of
 from ..fmi.archive import Variable, similar
-from ..fmi.units import same_unit
 from .manipulator import DEFAULT_WIRING
-from .members import Member
+from .member import Member
 from .validation import Layer
 
 __all__ = ["wired"]
 
+_ARROW = "->"
+_KEYS = ("from", "to", "factor", "offset", "convert")
+_TYPES = ("Real",)  # of variables that can be connected
+
 
 def wired(members: Mapping[str, Member], given: tuple[Any, Layer] | None) -> tuple[Connection, ...]:
-    """The connections given, or the default ones whose target no signal drives. members: by name. Raises SceneError."""
-    if given is None:
-        layer = Layer("default wiring", "", {})
-        pairs = [(a, b) for a, b, acts in DEFAULT_WIRING if {a[0], b[0]} <= set(members) and acts(members)]
-        found = [c for a, b in pairs for c in _connect(members, ".".join(a), ".".join(b), layer)]
-        found = [c for c in found if c.target[1] not in members[c.target[0]].signals]
-    else:
-        found = _given_connections(members, *given)
-    return tuple(found)
+    """Return the connections given, or the default ones whose target no signal drives.
+
+    members: by name; given: the value of the key `connections` and the layer that has it. Raises SceneError."""
+    if given is not None:
+        return tuple(_given_connections(members, *given))
+    layer = Layer("default wiring", "", {})
+    pairs = [(a, b) for a, b, acts in DEFAULT_WIRING if {a[0], b[0]} <= set(members) and acts(members)]
+    pairs = [(a, b) for a, b in pairs if _has(members, a) and _has(members, b)]
+    connections = [c for a, b in pairs for c in _connect(members, a, b, f"{'.'.join(a)} -> {'.'.join(b)}", layer)]
+    return tuple(c for c in connections if c.target[1] not in members[c.target[0]].signals)
 
 
-def _given_connections(members: Mapping[str, Member], texts: Any, layer: Layer) -> list[Connection]:
-    found: dict[tuple[str, str], Connection] = {}
-    if not isinstance(texts, list):
-        layer.refuse("connections", texts, "wants a list of 'fmu.output -> fmu.input'")
-    for text in texts:
-        source, arrow, target = text.partition("->") if isinstance(text, str) else ("", "", "")
-        if not arrow:
-            layer.refuse("connections", text, "wants 'fmu.output -> fmu.input'")
-        for connection in _connect(members, source.strip(), target.strip(), layer):
-            if connection.target[1] in members[connection.target[0]].signals:
-                layer.refuse(
-                    "connections", text, f"{'.'.join(connection.target)} is set as well; remove one of the two"
-                )
-            if connection.target in found:
-                layer.refuse("connections", text, f"{'.'.join(connection.target)} is fed twice; remove one")
-            found[connection.target] = connection
-    return list(found.values())
+def _has(members: Mapping[str, Member], end: tuple[str, str]) -> bool:
+    archive = members[end[0]].archive
+    return end[1] in archive.variables or end[1] in archive.vectors
 
 
-def _connect(members: Mapping[str, Member], source: str, target: str, layer: Layer) -> list[Connection]:
-    text = f"{source} -> {target}"
+def _given_connections(members: Mapping[str, Member], entries: Any, layer: Layer) -> list[Connection]:
+    connections: dict[tuple[str, str], Connection] = {}
+    if not isinstance(entries, list):
+        layer.refuse("connections", entries, "give a list of 'fmu.output -> fmu.input'")
+    for entry in entries:
+        text, source, target, scale = _parsed(members, entry, layer)
+        for connection in _connect(members, source, target, text, layer, *scale):
+            name = ".".join(connection.target)
+            member = members[connection.target[0]]
+            if connection.target[1] in member.signals or connection.target[1] in member.parameters:
+                layer.refuse("connections", text, f"{name} is set as well; remove one of the two")
+            if connection.target in connections:
+                layer.refuse("connections", text, f"{name} is fed twice; remove one")
+            connections[connection.target] = connection
+    return list(connections.values())
+
+
+def _parsed(
+    members: Mapping[str, Member], entry: Any, layer: Layer
+) -> tuple[str, tuple[str, str], tuple[str, str], tuple[float, float, bool]]:
+    """Text for messages, source, target, and (factor, offset, whether units are converted)."""
+    if isinstance(entry, str):
+        if _ARROW not in entry:
+            layer.refuse("connections", entry, "give 'fmu.output -> fmu.input'")
+        source, target = _split(members, entry)
+        return entry, _end(members, source, entry, layer), _end(members, target, entry, layer), (1.0, 0.0, True)
+    if not isinstance(entry, Mapping) or not {"from", "to"} <= set(entry):
+        layer.refuse("connections", entry, "give 'fmu.output -> fmu.input', or a table with from and to")
+    for key in entry:
+        if key not in _KEYS:
+            layer.refuse("connections", dict(entry), f"unknown {key!r}; allowed: {', '.join(_KEYS)}")
+    text = f"{entry['from']} -> {entry['to']}"
     ends = [
-        _variables(members, end, causality, text, layer) for end, causality in ((source, "output"), (target, "input"))
+        tuple(end) if isinstance(end, tuple) else _end(members, end, text, layer)
+        for end in (entry["from"], entry["to"])
     ]
-    if len(ends[0]) != len(ends[1]):
-        layer.refuse("connections", text, f"{len(ends[0])} outputs for {len(ends[1])} inputs; the counts must agree")
-    for (_, a), (_, b) in zip(*ends, strict=True):
-        if not same_unit(a, b):
-            layer.refuse("connections", text, f"units differ: {a.unit!r} and {b.unit!r}; connect variables of one unit")
-    return [Connection((m, a.name), (n, b.name)) for (m, a), (n, b) in zip(*ends, strict=True)]
+    if isinstance(entry["from"], tuple):  # of an SSP archive, whose names are given apart
+        text = f"{'.'.join(ends[0])} -> {'.'.join(ends[1])}"
+    factor, offset = (_finite(layer, text, key, entry.get(key, default)) for key, default in _DEFAULTS.items())
+    if factor == 0.0:
+        layer.refuse("connections", text, "factor is 0; remove the connection and set the input to the offset")
+    convert = entry.get("convert", True)
+    if not isinstance(convert, bool):
+        layer.refuse("connections", text, f"convert = {convert!r}: wrong type; allowed: true, false")
+    return text, ends[0], ends[1], (factor, offset, convert)
+
+
+_DEFAULTS = {"factor": 1.0, "offset": 0.0}
+
+
+def _finite(layer: Layer, text: str, key: str, value: Any) -> float:
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+        layer.refuse("connections", text, f"{key} = {value!r}: give a finite number")
+    return float(value)
+
+
+def _split(members: Mapping[str, Member], text: str) -> tuple[str, str]:
+    """Split at the arrow that leaves a known member on both sides; at the first one where none or several do."""
+    starts = [k for k in range(len(text)) if text.startswith(_ARROW, k)]
+    pairs = [(text[:k].strip(), text[k + len(_ARROW) :].strip()) for k in starts]
+    fitting = [pair for pair in pairs if all(_candidates(members, end) for end in pair)]
+    return fitting[0] if len(fitting) == 1 else pairs[0]
+
+
+def _candidates(members: Mapping[str, Member], end: str) -> list[tuple[str, str]]:
+    """The ways to read 'member.variable' where both may hold dots."""
+    pairs = [(end[:k], end[k + 1 :]) for k, character in enumerate(end) if character == "."]
+    return [pair for pair in pairs if pair[0] in members and _has(members, pair)]
+
+
+def _end(members: Mapping[str, Member], end: Any, text: str, layer: Layer) -> tuple[str, str]:
+    """Member and variable of one end."""
+    if not isinstance(end, str):
+        layer.refuse("connections", text, f"{end!r}: give a text 'fmu.variable'")
+    candidates = _candidates(members, end)
+    if len(candidates) > 1:
+        readings = " or ".join(f"{variable!r} of {member!r}" for member, variable in candidates)
+        layer.refuse("connections", text, f"{end!r} can be read as {readings}; rename one of these FMUs in [fmus]")
+    if candidates:
+        return candidates[0]
+    known = [name for name in members if end.startswith(f"{name}.")]
+    name = max(known, key=len) if known else end.partition(".")[0]
+    return name, end[len(name) + 1 :]
+
+
+def _connect(
+    members: Mapping[str, Member],
+    source: tuple[str, str],
+    target: tuple[str, str],
+    text: str,
+    layer: Layer,
+    factor: float = 1.0,
+    offset: float = 0.0,
+    convert: bool = True,
+) -> list[Connection]:
+    """Connect two scalars, or two vectors element by element. factor, offset: a transformation after the conversion of
+    units."""
+    outputs = _variables(members, source, "output", text, layer)
+    inputs = _variables(members, target, "input", text, layer)
+    if len(outputs) != len(inputs):
+        layer.refuse(
+            "connections", text, f"{len(outputs)} outputs for {len(inputs)} inputs; connect as many outputs as inputs"
+        )
+    connections = []
+    for a, b in zip(outputs, inputs, strict=True):
+        if a.type != b.type:
+            layer.refuse("connections", text, f"types differ: {a.type} and {b.type}; connect variables of one type")
+        gain, shift = _conversion(a, b, text, layer) if convert else (1.0, 0.0)
+        connections.append(Connection((source[0], a.name), (target[0], b.name), factor * gain, factor * shift + offset))
+        if connections[-1].transforms and a.type != "Real":
+            layer.refuse("connections", text, f"a factor or offset needs Real variables; these are {a.type}")
+    return connections
+
+
+def _conversion(a: Variable, b: Variable, text: str, layer: Layer) -> tuple[float, float]:
+    try:
+        gain, shift = conversion(unit_of(a), unit_of(b), a.relative and b.relative)
+    except ValueError as error:
+        layer.refuse("connections", text, f"{error}; connect variables of one quantity")
+    if shift and a.relative != b.relative:
+        layer.refuse(
+            "connections",
+            text,
+            f"one of {a.unit!r} and {b.unit!r} is a difference (relativeQuantity) and the other a value; connect like "
+            "to like",
+        )
+    return gain, shift
 
 
 def _variables(
-    members: Mapping[str, Member], end: str, causality: str, text: str, layer: Layer
-) -> list[tuple[str, Variable]]:
-    name, _, key = end.partition(".")
+    members: Mapping[str, Member], end: tuple[str, str], causality: str, text: str, layer: Layer
+) -> list[Variable]:
+    name, key = end
     if name not in members:
         layer.refuse("connections", text, f"no FMU {name!r}; {similar(name, list(members))}")
     archive = members[name].archive
-    scalars = [key] if key in archive.variables else list(archive.vectors.get(key, ()))
-    fit = [
-        (name, archive.variables[v])
-        for v in scalars
-        if archive.variables[v].causality == causality and archive.variables[v].type == "Real"
-    ]
-    if not fit or len(fit) != len(scalars):
-        known = [v.name for v in archive.variables.values() if v.causality == causality and v.type == "Real"]
-        bases = [base for base, elements in archive.vectors.items() if elements[0] in known]
-        layer.refuse("connections", text, f"{end!r} is no Real {causality}; {similar(key, [*known, *bases])}")
-    return fit
+    scalars = [archive.variables[v] for v in ([key] if key in archive.variables else archive.vectors.get(key, ()))]
+    fit = [v for v in scalars if v.causality == causality and v.type in _TYPES]
+    if fit and len(fit) == len(scalars):
+        return fit
+    wrong = next((v for v in scalars if v.causality == causality), None)
+    if wrong is not None:
+        layer.refuse(
+            "connections",
+            text,
+            f"{'.'.join(end)!r} has the type {wrong.type}; only {' and '.join(_TYPES)} variables can be connected",
+        )
+    known = [v.name for v in archive.variables.values() if v.causality == causality and v.type in _TYPES]
+    bases = [base for base, elements in archive.vectors.items() if elements[0] in known]
+    layer.refuse(
+        "connections", text, f"{'.'.join(end)!r} is not an {causality} of Real type; {similar(key, [*bases, *known])}"
+    )

@@ -1,10 +1,9 @@
-"""Where the keys of a scene come from: files, of the package or a user's, and overrides, each a layer over the one
-before."""
+"""Layers of a scene: files, of the package or a user's, and overrides; each wins over the one before."""
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -21,68 +20,113 @@ else:
 __all__ = ["find", "load", "merged", "overriding", "parameter_sets", "titles"]
 
 _PACKAGE = __package__.rpartition(".")[0]
+_TOML, _SSP = ".toml", ".ssp"
+_MOST_BYTES = 100_000_000  # of a scene file; what is larger is not one
 
 
 def titles(folder: str = "scenes") -> dict[str, tuple[str, Path]]:
-    """Title and file of every scene that comes with the package, by name; nothing else in them is looked at. folder:
-    of the package, with other files that have titles."""
+    """Return title and file of every scene that comes with the package, by name; only the titles are read.
+
+    folder: of the package, with other files that have titles, such as sweeps."""
     return {name: (str(load(path).raw.get("title", name)), path) for name, path in _shipped(folder).items()}
 
 
 def parameter_sets() -> tuple[str, ...]:
-    """The names of the parameter sets that come with the package."""
+    """Return the names of the parameter sets that come with the package."""
     return tuple(_shipped("parameters"))
 
 
 def find(source: str | Path, folder: str, kind: str, near: Path | None = None) -> Path:
-    """The file of that path (also from the folder `near`), or of that name in a folder of the package. Raises
+    """Return the file of that path (also from the folder `near`), or of that name in a folder of the package. Raises
     SceneError."""
     shipped = _shipped(folder)
-    for candidate in (Path(source), (near or Path()) / source):
-        if candidate.suffix in (".toml", ".ssp") and candidate.is_file():
+    candidates = [Path(source), (near or Path()) / source]
+    for candidate in candidates:
+        if candidate.suffix.lower() in (_TOML, _SSP) and _is_file(candidate):
             return candidate
     if str(source) in shipped:
         return shipped[str(source)]
-    raise SceneError(f"no {kind} {str(source)!r}: no such file, and {similar(str(source), list(shipped))}")
+    for candidate in candidates:
+        if _is_file(candidate):
+            raise SceneError(f"{candidate}: a file, but not a {kind}; allowed: {_TOML} or {_SSP} files, or a name")
+        if candidate.is_dir():
+            raise SceneError(f"{candidate}: a folder, not a {kind}; give a {_TOML} or {_SSP} file in it")
+    remedy = similar(str(source), shipped)
+    if Path(source).suffix.lower() in (_TOML, _SSP) or len(Path(source).parts) > 1:
+        raise SceneError(f"no {kind} {str(source)!r}: no such file in {Path.cwd()}; check the path. {_sentence(remedy)}")
+    raise SceneError(f"no {kind} {str(source)!r}: no such file, and {remedy}")
+
+
+def _sentence(text: str) -> str:
+    return f"Names that come with the package: {text}"
+
+
+def _is_file(path: Path) -> bool:
+    try:
+        return path.is_file()
+    except (OSError, ValueError):  # a name that no file can have
+        return False
 
 
 def load(path: Path) -> Layer:
-    """A TOML file; an SSP archive alone is a scene that names no more than it. Raises SceneError."""
-    if path.suffix == ".ssp":
+    """Read a TOML file; an SSP archive alone is a scene that only names it. Raises SceneError."""
+    if path.suffix.lower() == _SSP:
         return Layer(str(path), "", {"ssp": path.name})
     try:
-        text = path.read_text(encoding="utf-8")
-        return Layer(str(path), text, tomllib.loads(text))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise SceneError(f"{path}: cannot be read: {error}") from error
+        if path.stat().st_size > _MOST_BYTES:
+            raise SceneError(f"{path}: larger than {_MOST_BYTES} bytes, so not a scene; give a TOML file")
+        content = path.read_bytes()
+    except OSError as error:
+        raise SceneError(f"{path}: cannot be read: {error.strerror or error}; check the path and its permissions") from error
+    try:
+        text = content.decode("utf-8-sig").replace("\r\n", "\n")
+    except UnicodeDecodeError as error:
+        raise SceneError(f"{path}: not a text in UTF-8 (byte {error.start}); save the file as UTF-8") from error
+    return Layer(str(path), text, _parsed(text, str(path)))
 
 
-def overriding(overrides: Sequence[str]) -> Layer:
-    """The layer of texts key=value. Raises SceneError."""
+def _parsed(text: str, origin: str) -> dict[str, Any]:
+    """Parse TOML. Raises SceneError."""
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise SceneError(f"{origin}: not valid TOML: {error}; see https://toml.io for the syntax") from error
+    except (RecursionError, ValueError) as error:  # nested too deeply; a date that does not exist
+        raise SceneError(f"{origin}: not valid TOML: {error or 'nested too deeply'}; simplify it") from error
+
+
+def overriding(overrides: Sequence[str] | Mapping[str, Any], origin: str = "--set") -> Layer:
+    """Return the layer of overrides: texts key=value, with values in TOML, or keys and values. Raises SceneError."""
     raw: dict[str, Any] = {}
-    for text in overrides:
-        key, equals, value = (part.strip() for part in text.partition("="))
-        if not equals or not key:
-            raise SceneError(f"--set {text!r}: not of the form key=value, such as rod.order=2")
-        try:
-            parsed = tomllib.loads(f"value = {value}")["value"]
-        except tomllib.TOMLDecodeError:
-            parsed = value
-        table, dot, name = key.partition(".")
-        if not isinstance(raw.get(table, {}), dict if dot else object):
-            raise SceneError(f"--set {text!r}: {table} is set as a whole as well; keep one of the two")
+    items = overrides.items() if isinstance(overrides, Mapping) else [_item(text, origin) for text in overrides]
+    for key, value in items:
+        table, dot, name = str(key).partition(".")
+        if not isinstance(raw.get(table, {}), dict if dot else object) or (not dot and table in raw):
+            raise SceneError(f"{origin}: {key}: {table} is set as a whole as well; keep one of the two")
         if dot:
-            raw.setdefault(table, {})[name] = parsed
+            raw.setdefault(table, {})[name] = value
         else:
-            raw[table] = parsed
-    return Layer("--set", "\n".join(overrides), raw, numbered=False)
+            raw[table] = dict(value) if isinstance(value, Mapping) else value
+    text = "\n".join(f"{key}={value}" for key, value in items) if isinstance(overrides, Mapping) else "\n".join(overrides)
+    return Layer(origin, text, raw, numbered=False, overrides=True)
+
+
+def _item(text: str, origin: str) -> tuple[str, Any]:
+    """Key and value of an override. A value that is not TOML is a text: rod.closure=inside."""
+    key, equals, value = (part.strip() for part in text.partition("="))
+    if not equals or not key:
+        raise SceneError(f"{origin} {text!r}: not of the form key=value, such as rod.order=2")
+    try:
+        return key, tomllib.loads(f"value = {value}")["value"]
+    except (tomllib.TOMLDecodeError, RecursionError, ValueError):
+        return key, value
 
 
 def merged(layers: Sequence[Layer]) -> dict[str, tuple[Any, Layer]]:
-    """What holds under every key of the top, and which layer says so."""
+    """Return the value that holds under every top-level key, and the layer that has it."""
     return {key: (value, layer) for layer in layers for key, value in layer.raw.items()}
 
 
 def _shipped(folder: str) -> dict[str, Path]:
-    place = Path(str(resources.files(_PACKAGE))) / folder
-    return {file.stem: file for file in sorted(place.glob("*.toml"))}
+    files = Path(str(resources.files(_PACKAGE))) / folder
+    return {file.stem: file for file in sorted(files.glob(f"*{_TOML}"))}

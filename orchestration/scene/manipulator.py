@@ -50,8 +50,8 @@ SSP_OUTPUTS = ("thermal.T", "rod.tip.p", "rod.tip.euler")  # connectors of an ex
 # Items of the rod's parameter closure.
 CLOSURE_INSIDE, CLOSURE_EXCHANGED = 1, 2
 
-# Parameters of both FMUs that must agree: geometry and the temperature at the start.
-SHARED_PARAMETERS = ("body.radius", "body.length", "tca.offset", "tca.azimuth", "T_0")
+# Parameters of both FMUs that must agree.
+SHARED_PARAMETERS = ("body.radius", "body.length", "tca.offset", "tca.azimuth")
 
 
 class Parameters(Protocol):

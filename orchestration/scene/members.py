@@ -1,51 +1,21 @@
-"""The FMUs of a scene: which, and what is set in each; every name and value checked against the FMU's own XML."""
+"""Members of a scene, its FMUs, with the values set in each; every name and value is checked against the FMU's XML."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from ..cosim.signals import Signal
-from ..fmi.archive import Archive, find_fmu, similar
+from ..fmi.archive import Archive, Variable, find_fmu, similar
 from . import validation
+from .geometry import SHARED_TABLES, distribute
 from .manipulator import DEFAULT_FMUS
-from .validation import Layer
+from .member import Member, Value, settable
+from .validation import Layer, flat
 
-__all__ = ["Member", "read_members"]
-
-Value = float | int | bool | str
-
-
-@dataclass(frozen=True)
-class Member:
-    """One FMU of a scene: what is set once, and what drives its inputs. frozen: a co-simulation takes no step of it, so
-    that its outputs stay as they are at the start (resting.py); no key of a scene, but chosen where it changes
-    nothing."""
-
-    name: str
-    archive: Archive
-    parameters: Mapping[str, Value]
-    signals: Mapping[str, Signal]
-    frozen: bool = False
-
-    def value(self, parameter: str) -> Value | None:
-        """The value that holds, set or start; None where there is no such parameter."""
-        declared = self.archive.variables.get(parameter)
-        return self.parameters.get(parameter, declared.start if declared else None)
-
-    def real(self, parameter: str) -> float:
-        """Of one that there is."""
-        return float(self.value(parameter) or 0.0)
-
-    def reals(self, vector: str) -> tuple[float, ...]:
-        return tuple(self.real(element) for element in self.archive.vectors[vector])
-
-    def choice(self, parameter: str) -> str:
-        """The item of an enumeration that holds."""
-        return self.archive.variables[parameter].item_name(self.real(parameter))
-
+__all__ = ["read_members"]
 
 def read_members(
     top: Mapping[str, tuple[Any, Layer]],
@@ -54,54 +24,79 @@ def read_members(
     folder: Path,
     archive: Callable[[Path], Archive],
 ) -> tuple[Member, ...]:
-    """top: what holds under each key at the top of a scene, keys: which there may be beside names of FMUs. Raises
-    SceneError."""
-    given = [layer.raw["fmus"] for layer in layers if "fmus" in layer.raw]
-    where = top["fmus"][1] if given else layers[-1]
-    for table in given:
-        if not isinstance(table, Mapping) or not table:
-            where.refuse("fmus", table, "wants a table of name = 'file.fmu'")
-    in_file = [layer for layer in layers if "fmus" in layer.raw and layer.numbered]
-    files = {name: file for table in [*([] if in_file else [DEFAULT_FMUS]), *given] for name, file in table.items()}
-    for name, file in files.items():
-        if not isinstance(file, str):
-            where.refuse(f"fmus.{name}", file, "wrong type; give a file name such as 'rod.fmu'")
+    """Read the FMUs of a scene.
+
+    top: what holds under each key at the top of the scene; keys: those that a scene may have beside names of FMUs;
+    folder: of the scene's file. Raises SceneError."""
+    files = _files(top, layers, keys)
+    layers = [_grouped(layer, files, keys) for layer in layers]
+    archives = {name: archive(find_fmu(file, folder)) for name, file in files.items()}
+    layers = distribute(layers, archives)
     for layer in layers:
         for key, value in layer.raw.items():
             if key in files and not isinstance(value, Mapping):
-                layer.refuse(key, value, f"wants a table [{key}]")
+                layer.refuse(key, value, f"give a table [{key}]")
             if key not in files and key not in keys:
-                layer.refuse(
-                    key,
-                    None,
-                    f"unknown {'section' if isinstance(value, Mapping) else 'key'}; {similar(key, (*keys, *files))}",
-                )
-    return tuple(_member(name, archive(find_fmu(file, folder)), layers) for name, file in files.items())
+                kind = "section" if isinstance(value, Mapping) else "key"
+                layer.refuse(key, None, f"unknown {kind}; {similar(key, (*keys, *files))}")
+    return tuple(_member(name, archive, layers) for name, archive in archives.items())
+
+
+def _files(top: Mapping[str, tuple[Any, Layer]], layers: Sequence[Layer], keys: Sequence[str]) -> dict[str, str]:
+    """Files of the FMUs by member, in the order of the tables [fmus]; overrides add to them."""
+    tables = [(layer, layer.raw["fmus"]) for layer in layers if "fmus" in layer.raw]
+    for layer, table in tables:
+        if not isinstance(table, Mapping) or not table:
+            layer.refuse("fmus", table, "give a table of name = 'file.fmu'")
+    in_file = any(not layer.overrides for layer, _ in tables)
+    files: dict[str, Any] = {} if in_file else dict(DEFAULT_FMUS)
+    for layer, table in tables:
+        for name, file in table.items():
+            if not isinstance(file, str):
+                layer.refuse(f"fmus.{name}", file, "wrong type; give a file name such as 'rod.fmu'")
+            if name in keys and name not in SHARED_TABLES:
+                layer.refuse(f"fmus.{name}", file, f"the name {name!r} is taken by a key of scenes; rename the FMU")
+            files[name] = file
+    return files
+
+
+def _grouped(layer: Layer, files: Mapping[str, str], keys: Sequence[str]) -> Layer:
+    """The layer with the values of members whose names hold dots under these names: axle.motor.k of axle.motor."""
+    dotted = [name for name in files if "." in name]
+    if not dotted:
+        return layer
+    raw: dict[str, Any] = {}
+    for key, value in layer.raw.items():
+        if key in keys or not isinstance(value, Mapping) or key in dotted:
+            raw[key] = {**raw.get(key, {}), **value} if isinstance(value, Mapping) and key in dotted else value
+            continue
+        for name, item in flat(value, f"{key}."):
+            owner = max((m for m in files if name.startswith(f"{m}.")), key=len, default=None)
+            if owner is None:
+                raw.setdefault(key, {})[name[len(key) + 1 :]] = item
+            else:
+                raw.setdefault(owner, {})[name[len(owner) + 1 :]] = item
+    return replace(layer, raw=raw)
 
 
 def _member(name: str, archive: Archive, layers: Sequence[Layer]) -> Member:
     parameters: dict[str, Value] = {}
     signals: dict[str, Signal] = {}
     for layer in layers:
-        for key, raw in _flat(layer.raw.get(name, {})):
+        for key, raw in flat(layer.raw.get(name, {})):
             for full, element in _elements(layer, name, key, raw, archive):
-                variable, place = archive.variables[full], f"{name}.{full}"
+                variable, label = archive.variables[full], f"{name}.{full}"
                 if variable.causality == "input" and variable.type == "Real":
-                    signals[full] = validation.signal(layer, place, element, variable)
+                    signals[full] = validation.signal(layer, label, element, variable)
                 elif variable.causality in ("parameter", "input"):  # inputs that are not Real are constant
-                    parameters[full] = validation.scalar(layer, place, element, variable)
+                    parameters[full] = validation.scalar(layer, label, element, variable)
                 else:
-                    layer.refuse(place, element, f"is {variable.causality}; only parameters and inputs can be set")
+                    layer.refuse(label, element, _not_settable(variable))
     return Member(name, archive, parameters, signals)
 
 
-def _flat(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
-    """Dotted names of nested tables; a table that is a signal stays whole."""
-    for key, value in table.items():
-        if isinstance(value, Mapping) and not any(kind in value for kind in validation.SIGNALS):
-            yield from _flat(value, f"{prefix}{key}.")
-        else:
-            yield prefix + key, value
+def _not_settable(variable: Variable) -> str:
+    return f"is {variable.causality}; only parameters and inputs can be set"
 
 
 def _elements(layer: Layer, member: str, key: str, raw: Any, archive: Archive) -> list[tuple[str, Any]]:
@@ -111,9 +106,7 @@ def _elements(layer: Layer, member: str, key: str, raw: Any, archive: Archive) -
     elements = archive.vectors.get(key)
     if elements is None:
         layer.refuse(
-            f"{member}.{key}",
-            raw,
-            f"no such variable in {archive.path.name}; {similar(key, [*archive.variables, *archive.vectors])}",
+            f"{member}.{key}", raw, f"no such variable in {archive.path.name}; {similar(key, settable(archive))}"
         )
     if not isinstance(raw, list):
         return [(element, raw) for element in elements]

@@ -1,4 +1,5 @@
-"""A scene: what is run, as data. TOML in, frozen dataclasses out, checked against the FMUs' own XML.
+"""A scene: the FMUs to run, their parameters, inputs and connections, as data. TOML in, frozen dataclasses out, checked
+against the FMUs' own XML.
 
 KEYS says what a scene may have, Coupling what its table [coupling] may. Vectors may be given whole, V = [0, 1.5, 3], or
 as one value for all elements. Numbers are in the variable's unit, texts carry one, such as "40 mm".
@@ -14,13 +15,16 @@ from typing import Any
 from ..cosim.settings import Coupling
 from ..cosim.topology import Connection
 from ..fmi.archive import Archive
-from . import ssp_reader, summary, validation
+from . import ssp_reader, validation
 from .accuracy_request import AccuracyRequest
 from .accuracy_request import read as read_accuracy_request
 from .connections import wired
+from .geometry import SHARED_TABLES, check_shared
 from .layers import find, load, merged, overriding
-from .members import Member, read_members
+from .member import Member
+from .members import read_members
 from .schema import settings
+from .summary import Summary
 from .validation import Layer
 
 __all__ = ["KEYS", "TABLES", "Coupling", "Scene", "read"]
@@ -28,6 +32,8 @@ __all__ = ["KEYS", "TABLES", "Coupling", "Scene", "read"]
 
 @dataclass(frozen=True)
 class Scene:
+    """A scene, checked and ready to run."""
+
     name: str
     title: str
     stop_time: float  # [s]
@@ -36,18 +42,23 @@ class Scene:
     coupling: Coupling
     accuracy: AccuracyRequest
     sources: tuple[tuple[str, str], ...]  # origin and text of every layer, for the record
+    overrides: tuple[str, ...] = ()  # keys that differ from the scene's file
 
     def __repr__(self) -> str:
-        return summary.text(self)
+        return self._summary().text()
 
     def _repr_html_(self) -> str:
-        return summary.html(self)
+        return self._summary().html()
+
+    def _summary(self) -> Summary:
+        return Summary(self.name, self.title, self.stop_time, self.coupling, self.members, self.connections)
 
     def member(self, name: str) -> Member:
+        """Return the member of that name."""
         return next(m for m in self.members if m.name == name)
 
     def model(self, name: str) -> Member | None:
-        """The member whose FMU is that model."""
+        """Return the first member whose FMU has that model name."""
         return next((m for m in self.members if m.archive.description.modelName == name), None)
 
 
@@ -56,43 +67,92 @@ KEYS = {
     "stop_time": "[s], such as '30 s'; the one key that must be there",
     "parameters": "name of a parameter set, or a file, or with ssp one in the archive; default: fig3, or what is bound",
     "ssp": "file of an SSP archive, whose FMUs, wiring, values and stop time hold where the scene says nothing else",
-    "connections": "list of 'fmu.output -> fmu.input'; default: what the FMUs need of each other",
+    "connections": "list of 'fmu.output -> fmu.input' or {from, to, factor, offset}; default: what the FMUs need of each "
+    "other",
     "fmus": "table of name = 'file.fmu', in sweep order; default: thermal and rod",
     "coupling": "table of the settings of the master",
     "fidelity": "table: how much model to use, and what for",
+    "body": "table of parameters of the body, for all FMUs that have them",
+    "tca": "table of parameters of the TCAs, for all FMUs that have them",
     "NAME": "table of the FMU of that name: its parameters, and its inputs as constants or signals",
 }
 TABLES = {"coupling": Coupling, "fidelity": AccuracyRequest}  # of settings
 _TOP = tuple(key for key in KEYS if key != "NAME")
+_RESERVED = frozenset(_TOP) - set(SHARED_TABLES)  # names that an FMU must not have
 
 
-def read(source: str | Path, overrides: Sequence[str] = (), archive: Callable[[Path], Archive] = Archive) -> Scene:
-    """The scene of that name or file. overrides: 'key=value' as in a scene, such as 'rod.order=2',
-    'coupling.macro_step=0.05 s'. archive: opens an FMU; cached_archive for many runs in one process. Raises
-    SceneError, which names file, key, value and remedy."""
-    path = find(source, "scenes", "scene")
-    layers = [load(path)]
+def read(
+    source: str | Path | Mapping[str, Any],
+    overrides: Sequence[str] | Mapping[str, Any] = (),
+    archive: Callable[[Path], Archive] = Archive,
+    origin: str = "--set",
+) -> Scene:
+    """Read a scene.
+
+    Parameters
+    ----------
+    source
+        Name of a scene of the package, a .toml or .ssp file, or a table as a file holds one.
+    overrides
+        Keys and values that win over the file: 'rod.order=2', 'coupling.macro_step=0.05 s', or a table.
+    archive
+        Opens an FMU; fmi.archive.cached_archive for many runs in one process.
+    origin
+        Word that messages have for the overrides.
+
+    Raises
+    ------
+    SceneError
+        The message names file, key, value and remedy.
+    """
+    name, folder, first = _first_layer(source)
+    layers = [first]
     if overrides:
-        layers.append(overriding(overrides))
-    layers.insert(0, _base(merged(layers), layers[0], path.parent, archive))
+        layers.append(overriding(overrides, origin))
+    layers.insert(0, _base(merged(layers), first, folder, archive))
     top = merged(layers)
-    members = read_members(top, layers, _TOP, path.parent, archive)
-    stop_raw, stop_layer = top.get("stop_time", (None, layers[1]))
-    if stop_raw is None:
-        stop_layer.refuse("stop_time", None, "missing; add for example stop_time = '30 s'")
-    stop_time = validation.number(stop_layer, "stop_time", stop_raw, validation.TIME)
-    if stop_time <= 0.0:
-        stop_layer.refuse("stop_time", stop_raw, "out of range; a stop time is positive")
+    members = read_members(top, layers, _TOP, folder, archive)
+    connections = wired({m.name: m for m in members}, top.get("connections"))
+    check_shared(members, connections)
     return Scene(
-        name=path.stem,
-        title=str(top.get("title", (path.stem,))[0]),
-        stop_time=stop_time,
+        name=name,
+        title=_title(top, name),
+        stop_time=_stop_time(top, layers[1]),
         members=members,
-        connections=wired({m.name: m for m in members}, top.get("connections")),
+        connections=connections,
         coupling=_coupling(layers),
         accuracy=read_accuracy_request(layers, {m.name: m.archive for m in members}),
         sources=tuple((layer.origin, layer.text) for layer in layers),
+        overrides=tuple(layers[-1].text.splitlines()) if overrides else (),
     )
+
+
+def _first_layer(source: str | Path | Mapping[str, Any]) -> tuple[str, Path, Layer]:
+    """Name of the scene, the folder that its paths start from, and the layer that it is."""
+    if isinstance(source, Mapping):
+        name = str(source.get("name", "scene"))
+        raw = {key: value for key, value in source.items() if key != "name"}
+        return name, Path.cwd(), Layer("scene", "", raw, numbered=False)
+    path = find(source, "scenes", "scene")
+    return path.stem, path.parent, load(path)
+
+
+def _title(top: Mapping[str, tuple[Any, Layer]], name: str) -> str:
+    value, layer = top.get("title", (name, None))
+    if not isinstance(value, str):
+        assert layer is not None
+        layer.refuse("title", value, f"wrong type; give {KEYS['title']} in quotes")
+    return " ".join(value.split()) or name
+
+
+def _stop_time(top: Mapping[str, tuple[Any, Layer]], first: Layer) -> float:
+    raw, layer = top.get("stop_time", (None, first))
+    if raw is None:
+        layer.refuse("stop_time", None, "missing; add for example stop_time = '30 s'")
+    stop_time = validation.number(layer, "stop_time", raw, validation.TIME)
+    if stop_time <= 0.0:
+        layer.refuse("stop_time", raw, "out of range; a stop time is positive")
+    return stop_time
 
 
 def _base(
@@ -105,10 +165,11 @@ def _base(
             layer.refuse(key, value, f"wrong type; give the {KEYS[key]}")
     chosen = top["parameters"][0] if "parameters" in top else None
     if "ssp" in top:
-        place = folder / top["ssp"][0]
-        if not place.is_file():
-            top["ssp"][1].refuse("ssp", top["ssp"][0], f"no such file in {folder}; give the {KEYS['ssp']}")
-        return ssp_reader.read(place, chosen, archive)
+        value, layer = top["ssp"]
+        path = folder / value
+        if not value or not path.is_file():
+            layer.refuse("ssp", value, f"no such file in {folder}; give the {KEYS['ssp']}")
+        return ssp_reader.read(path, chosen, archive, _RESERVED)
     return load(find(chosen or "fig3", "parameters", "parameter set", folder))
 
 
@@ -116,5 +177,5 @@ def _coupling(layers: Sequence[Layer]) -> Coupling:
     tables = [(layer, layer.raw.get("coupling", {})) for layer in layers]
     for layer, table in tables:
         if not isinstance(table, Mapping):
-            layer.refuse("coupling", table, "wants a table [coupling]")
+            layer.refuse("coupling", table, "give a table [coupling]")
     return settings(Coupling, tables, "coupling.")

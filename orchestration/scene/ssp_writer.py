@@ -18,12 +18,15 @@ from __future__ import annotations
 import zipfile
 from collections.abc import Iterable
 from pathlib import Path
+from urllib.parse import quote
 
 from lxml import etree
 
 from ..cosim.signals import Constant
 from ..errors import SceneError
+from ..files import atomic_write
 from ..fmi.archive import Variable
+from ..fmi.unpacking import open_archive
 from . import Member, Scene, parameter_sets, read
 from .manipulator import SSP_OUTPUTS
 
@@ -40,20 +43,22 @@ _OMS = "https://raw.githubusercontent.com/OpenModelica/OMSimulator/master/schema
 
 
 def write(path: Path, name: str = "step", overrides: Iterable[str] = ("rod.closure=inside",)) -> None:
-    """Writes a scene's archive, with the parameter set that it names bound. `inside` is the closure that needs no
-    iterating master. Raises SceneError, also where a signal is not constant."""
+    """Write a scene as an archive, with the parameter set that it names bound.
+
+    The default closure, inside, needs no master that iterates. Raises SceneError, also where a signal is not
+    constant."""
     overrides = tuple(overrides)
     scene = read(name, overrides)
     sets = {set_name: read(name, (*overrides, f"parameters='{set_name}'")) for set_name in parameter_sets()}
     bound = next(set_name for set_name, other in sets.items() if _values(other) == _values(scene))
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+    with atomic_write(path) as draft, zipfile.ZipFile(draft, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("SystemStructure.ssd", _text(_structure(scene, bound)))
         for set_name, other in sets.items():
             for owner, values in _values(other).items():
                 archive.writestr(_set_file(set_name, owner), _text(_parameter_set(values, set_name)))
-        for member in scene.members:
-            archive.write(member.archive.path, f"resources/{member.archive.path.name}")
+        for member in {_source(scene, member): member for member in scene.members}.values():
+            with open_archive(member.archive.path) as file:
+                archive.writestr(_source(scene, member), file.read())
 
 
 def _structure(scene: Scene, bound: str) -> etree._Element:
@@ -67,7 +72,7 @@ def _structure(scene: Scene, bound: str) -> etree._Element:
             "ssd:Component",
             name=member.name,
             type="application/x-fmu-sharedlibrary",
-            source=f"resources/{member.archive.path.name}",
+            source=quote(_source(scene, member)),
             implementation="CoSimulation",
         )
         _connectors(component, used[member.name])
@@ -76,19 +81,35 @@ def _structure(scene: Scene, bound: str) -> etree._Element:
     connections = _add(system, "ssd:Connections")
     for c in scene.connections:
         start = {"startElement": c.source[0], "startConnector": c.source[1]}
-        _add(connections, "ssd:Connection", **start, endElement=c.target[0], endConnector=c.target[1])
-    _step_size(system, scene)
+        end = {"endElement": c.target[0], "endConnector": c.target[1]}
+        if not c.transforms:
+            _add(connections, "ssd:Connection", **start, **end)
+            continue
+        # The factor of the scene contains the conversion of units.
+        connection = _add(connections, "ssd:Connection", **start, **end, suppressUnitConversion="true")
+        _add(connection, "ssc:LinearTransformation", factor=repr(c.factor), offset=repr(c.offset))
+    _simulation_information(system, scene)
     _units(root, "ssd:Units", [variable for variables in used.values() for variable in variables])
-    _add(root, "ssd:DefaultExperiment", startTime="0", stopTime=repr(scene.stop_time))
+    experiment = _add(root, "ssd:DefaultExperiment", startTime="0", stopTime=repr(scene.stop_time))
+    # Older OMSimulators warn of an experiment without these.
+    output = {"resultFile": f"{scene.name}.mat", "loggingInterval": "0.0", "bufferSize": "10"}
+    etree.SubElement(_oms_annotations(experiment), f"{{{_OMS}}}SimulationInformation", output)
     return root
 
 
+def _source(scene: Scene, member: Member) -> str:
+    """Entry of a member's FMU; members of one FMU share it."""
+    name = member.archive.path.name
+    others = {m.archive.path for m in scene.members if m.archive.path.name == name}
+    return f"resources/{name}" if len(others) == 1 else f"resources/{member.name}.fmu"
+
+
 def _used(member: Member, scene: Scene) -> list[Variable]:
-    """What gets a connector."""
-    wired = [end for c in scene.connections for end in (c.target, c.source)]
+    """Variables that get a connector."""
+    ends = [end for c in scene.connections for end in (c.target, c.source)]
     vectors = member.archive.vectors.items()
     shown = [name for base, names in vectors if f"{member.name}.{base}" in SSP_OUTPUTS for name in names]
-    names = dict.fromkeys([*(name for owner, name in wired if owner == member.name), *shown])
+    names = dict.fromkeys([*(name for owner, name in ends if owner == member.name), *shown])
     return [member.archive.variables[name] for name in names]
 
 
@@ -102,20 +123,22 @@ def _parameter_set(values: Values, name: str) -> etree._Element:
     for variable, value in values:
         parameter = _add(parameters, "ssv:Parameter", name=variable.name)
         if variable.type == "Real":
-            _add(parameter, "ssv:Real", value=repr(value), unit=variable.unit)
+            _add(parameter, "ssv:Real", value=repr(value), **_unit(variable))
         elif variable.type == "Boolean":
             _add(parameter, "ssv:Boolean", value="true" if value else "false")
+        elif variable.type == "String":
+            _add(parameter, "ssv:String", value=str(value))
         else:
-            _add(parameter, "ssv:Integer", value=str(value))
+            _add(parameter, "ssv:Integer", value=str(int(value or 0)))
     _units(root, "ssv:Units", [variable for variable, _ in values if variable.type == "Real"])
     return root
 
 
 def _values(scene: Scene) -> dict[str, Values]:
-    """What is set, by FMU: parameters, and inputs that have a constant signal."""
-    found: dict[str, Values] = {}
+    """Values set, by FMU: parameters, and inputs that have a constant signal."""
+    by_member: dict[str, Values] = {}
     for member in scene.members:
-        values = found.setdefault(member.name, [])
+        values = by_member.setdefault(member.name, [])
         for variable in member.archive.variables.values():
             real = variable.type == "Real"
             if variable.causality == "parameter" and (real or variable.name in member.parameters):
@@ -126,30 +149,62 @@ def _values(scene: Scene) -> dict[str, Values]:
                     f"{scene.name}: {member.name}.{name} varies in time; an SSP archive holds constants only"
                 )
             values.append((member.archive.variables[name], signal.value))
-    return found
+    return by_member
 
 
 def _connectors(parent: etree._Element, variables: Iterable[Variable]) -> None:
     connectors = _add(parent, "ssd:Connectors")
     for variable in variables:
         connector = _add(connectors, "ssd:Connector", name=variable.name, kind=variable.causality)
-        _add(connector, "ssc:Real", unit=variable.unit)
+        _add(connector, f"ssc:{_kind(variable)}", **_unit(variable))
+
+
+def _kind(variable: Variable) -> str:
+    """Type of a connector; enumerations are Integers, the form in which FMI 2.0 sets them."""
+    return "Integer" if variable.type == "Enumeration" else variable.type
+
+
+def _unit(variable: Variable) -> dict[str, str]:
+    return {"unit": variable.unit} if variable.type == "Real" and variable.has_unit else {}
 
 
 def _units(root: etree._Element, tag: str, variables: Iterable[Variable]) -> None:
+    definitions = {variable.unit: variable for variable in variables if _unit(variable)}
+    if not definitions:
+        return
     units = _add(root, tag)
-    for name, dimension in sorted({variable.unit: variable.dimension or {} for variable in variables}.items()):
+    for name, variable in sorted(definitions.items()):
         unit = _add(units, "ssc:Unit", name=name)
-        _add(unit, "ssc:BaseUnit", **{base: str(power) for base, power in dimension.items()})
+        attributes = {base: str(power) for base, power in (variable.dimension or {}).items()}
+        if (variable.factor, variable.offset) != (1.0, 0.0):
+            attributes |= {"factor": repr(variable.factor), "offset": repr(variable.offset)}
+        _add(unit, "ssc:BaseUnit", **attributes)
 
 
-def _step_size(system: etree._Element, scene: Scene) -> None:
-    annotation = _add(_add(system, "ssd:Annotations"), "ssc:Annotation", type="org.openmodelica")
-    about = etree.SubElement(annotation, f"{{{_OMS}}}Annotations", nsmap={"oms": _OMS})
-    about = etree.SubElement(about, f"{{{_OMS}}}SimulationInformation")
-    step, tolerance = repr(scene.coupling.macro_step), repr(scene.coupling.tolerance)
-    settings = {"stepSize": step, "absoluteTolerance": tolerance, "relativeTolerance": tolerance}
-    etree.SubElement(about, f"{{{_OMS}}}FixedStepMaster", description="oms-ma", **settings)
+def _simulation_information(system: etree._Element, scene: Scene) -> None:
+    """Step and tolerance for OMSimulator: attributes for the current release, a child for older ones.
+
+    OMSimulator hands the tolerance to the FMUs, in which a tolerance of a parameter set wins: the smallest of theirs
+    contradicts none by being looser."""
+    step, tolerance = repr(scene.coupling.macro_step), repr(_tolerance(scene))
+    information = etree.SubElement(
+        _oms_annotations(system),
+        f"{{{_OMS}}}SimulationInformation",
+        {"name": "oms_ma_default", "method": "oms_ma", "fixedStepSize": step, "relativeTolerance": tolerance},
+    )
+    older = {"stepSize": step, "absoluteTolerance": tolerance, "relativeTolerance": tolerance}
+    etree.SubElement(information, f"{{{_OMS}}}FixedStepMaster", {"description": "oms-ma", **older})
+
+
+def _tolerance(scene: Scene) -> float:
+    own = [float(value) for m in scene.members if isinstance(value := m.value("tolerance"), float)]
+    return min(own, default=scene.coupling.tolerance)
+
+
+def _oms_annotations(parent: etree._Element) -> etree._Element:
+    """The element for OMSimulator's annotations of a part of the system."""
+    annotation = _add(_add(parent, "ssd:Annotations"), "ssc:Annotation", type="org.openmodelica")
+    return etree.SubElement(annotation, f"{{{_OMS}}}Annotations", nsmap={"oms": _OMS})
 
 
 def _tag(short: str) -> str:

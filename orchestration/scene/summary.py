@@ -1,64 +1,92 @@
-"""A scene in words, for consoles and notebooks: what is run for how long, what drives it, what differs from the FMUs'
-own defaults."""
+"""A scene in words, for consoles and notebooks: duration, coupling, FMUs with inputs and changed parameters, wiring."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
-from dataclasses import asdict
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, is_dataclass
 from html import escape
 from typing import Any
 
-__all__ = ["html", "text"]
+from ..cosim.settings import Coupling
+from ..cosim.signals import Constant, Signal
+from ..cosim.topology import Connection
+from ..fmi.archive import Variable
+from .member import Member
+
+__all__ = ["Summary"]
 
 
-def text(scene: Any) -> str:
-    """Of a scene.Scene: its title, then a line for each of its parts."""
-    parts = list(_parts(scene))
-    width = max(len(name) for name, _ in parts)
-    return "\n".join([f"Scene {scene.name!r}: {scene.title}", *(f"  {name:{width}}  {what}" for name, what in parts)])
+@dataclass(frozen=True)
+class Summary:
+    """What a scene consists of, to be shown."""
+
+    name: str
+    title: str
+    stop_time: float  # [s]
+    coupling: Coupling
+    members: Sequence[Member]
+    connections: Sequence[Connection]
+
+    def text(self) -> str:
+        """Write the title, then a line for each part."""
+        parts = list(self._parts())
+        width = max(len(name) for name, _ in parts)
+        lines = [f"  {name:{width}}  {content}" for name, content in parts]
+        return "\n".join([f"Scene {self.name!r}: {self.title}", *lines])
+
+    def html(self) -> str:
+        """Write the same as a table."""
+        left = "style='text-align:left'"
+        rows = [
+            f"<tr><th {left}>{escape(name)}</th><td {left}>{escape(content)}</td></tr>"
+            for name, content in self._parts()
+        ]
+        caption = f"<caption><b>Scene {escape(self.name)}</b>: {escape(self.title)}</caption>"
+        return f"<table>{caption}{''.join(rows)}</table>"
+
+    def _parts(self) -> Iterator[tuple[str, str]]:
+        coupling = self.coupling
+        yield "time", f"{self.stop_time:g} s in macro steps of {coupling.macro_step:g} s ({coupling.control})"
+        yield "coupling", f"{coupling.method}, tolerance {coupling.tolerance:g}, {coupling.schedule}"
+        for member in self.members:
+            texts = (member.archive.path.name, _driven(member), _changed(member))
+            yield member.name, "; ".join(filter(None, texts))
+        if self.connections:
+            wires = dict.fromkeys(re.sub(r"\[[\d,]+\]", "", str(c)) for c in self.connections)
+            yield "wires", ", ".join(wires)
 
 
-def html(scene: Any) -> str:
-    """The same as a table."""
-    rows = (f"<tr><th style='text-align:left'>{escape(name)}</th>" for name, _ in _parts(scene))
-    cells = (f"<td style='text-align:left'>{escape(what)}</td></tr>" for _, what in _parts(scene))
-    caption = f"<caption><b>Scene {escape(scene.name)}</b>: {escape(scene.title)}</caption>"
-    return f"<table>{caption}{''.join(a + b for a, b in zip(rows, cells, strict=True))}</table>"
-
-
-def _parts(scene: Any) -> Iterator[tuple[str, str]]:
-    coupling = scene.coupling
-    yield "time", f"{scene.stop_time:g} s in macro steps of {coupling.macro_step:g} s ({coupling.control})"
-    yield "coupling", f"{coupling.method}, tolerance {coupling.tolerance:g}, {coupling.schedule}"
-    for member in scene.members:
-        yield member.name, "; ".join(filter(None, [member.archive.path.name, _driven(member), _changed(member)]))
-    if scene.connections:
-        yield "wires", ", ".join(dict.fromkeys(re.sub(r"\[[\d,]+\]", "", str(c)) for c in scene.connections))
-
-
-def _driven(member: Any) -> str:
+def _driven(member: Member) -> str:
+    """Inputs with signals."""
     variables = member.archive.variables
-    return ", ".join(f"{name} = {_signal(s)} {variables[name].unit}".rstrip(" 1") for name, s in member.signals.items())
+    return ", ".join(f"{name} = {_signal(s)}{_unit(variables[name])}" for name, s in member.signals.items())
 
 
-def _signal(signal: Any) -> str:
-    values = asdict(signal)
-    if set(values) == {"value"}:
+def _unit(variable: Variable) -> str:
+    return "" if variable.unit in ("", "1") else f" {variable.unit}"
+
+
+def _signal(signal: Signal) -> str:
+    if isinstance(signal, Constant):
         return f"{signal.value:g}"
+    values: Mapping[str, Any] = asdict(signal) if is_dataclass(signal) and not isinstance(signal, type) else {}
     return f"{type(signal).__name__.lower()}({', '.join(f'{key} {_number(value)}' for key, value in values.items())})"
 
 
 def _number(value: float | Sequence[float]) -> str:
-    return f"{value:.4g}" if isinstance(value, float | int) else f"[{', '.join(map(_number, value))}]"
+    if isinstance(value, float | int):
+        return f"{value:.4g}"
+    shown = [_number(item) for item in value[:6]] + ["..."] * (len(value) > 6)
+    return f"[{', '.join(shown)}]"
 
 
-def _changed(member: Any) -> str:
-    """Parameters that are not as the FMU starts them; enumerations by their words."""
-    found = []
+def _changed(member: Member) -> str:
+    """Parameters that differ from the start values of the FMU; enumerations by the names of their items."""
+    texts = []
     for name, value in member.parameters.items():
-        about = member.archive.variables[name]
-        if value != about.start:
-            word = about.item_name(value) if about.items else value
-            found.append(f"{name} {word}" + ("" if about.unit in ("", "1") else f" {about.unit}"))
-    return ", ".join(found)
+        variable = member.archive.variables[name]
+        if value != variable.start:
+            shown = variable.item_name(float(value)) if variable.items else value
+            texts.append(f"{name} {shown}{_unit(variable)}")
+    return ", ".join(texts)

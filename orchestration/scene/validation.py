@@ -1,12 +1,13 @@
-"""Raw TOML values against the variables that an FMU declares; every refusal names file, line, key, value, what is
-allowed and the remedy."""
+"""Checks of raw TOML values against the variables that an FMU declares.
+
+Every refusal names file, line, key, value, what is allowed and the remedy."""
 
 from __future__ import annotations
 
 import itertools
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, NoReturn
 
@@ -15,11 +16,11 @@ from ..errors import SceneError
 from ..fmi import units
 from ..fmi.archive import Variable, similar
 
-__all__ = ["SHAPES", "SIGNALS", "TIME", "Layer", "number", "scalar", "signal"]
+__all__ = ["SHAPES", "SIGNALS", "TIME", "Layer", "flat", "number", "scalar", "signal"]
 
 TIME = Variable("time", 0, "Real", "local", "fixed", "", "s", {"s": 1})
 _ANGLE = Variable("phase", 0, "Real", "local", "fixed", "", "rad", {"rad": 1})
-# Signals given as a table: entry -> what it is, and its default where it may be left out.
+# Signals given as a table: entry -> kind of number, and its default where it may be left out.
 SHAPES: dict[str, dict[str, tuple[str, float | None]]] = {
     "sine": {
         "offset": ("value", 0.0),
@@ -38,24 +39,29 @@ SHAPES: dict[str, dict[str, tuple[str, float | None]]] = {
     },
 }
 SIGNALS = ("steps", "ramps", *SHAPES)
-MOST_PULSES = 100_000
+MAX_PULSES = 100_000  # of a train: two events each, which a run steps to one by one
+MAX_SHOWN = 200  # characters of a value that a message repeats
 
 
 @dataclass(frozen=True)
 class Layer:
-    """One source of raw values: a parameter set, a scene file, overrides. Later layers win."""
+    """A source of raw values: a parameter set, a scene file, an SSP archive, overrides. Later layers win."""
 
     origin: str
     text: str
     raw: Mapping[str, Any]
-    numbered: bool = True  # whether the text has lines to name
+    numbered: bool = True  # whether the text is TOML, whose lines messages name
+    overrides: bool = False  # whether it only changes what another layer says
 
     def refuse(self, key: str, value: Any, problem: str) -> NoReturn:
-        shown = "" if value is None else f" = {value!r}"
+        """Raise SceneError with origin, line, key, value and problem."""
+        text = repr(value)
+        text = text if len(text) <= MAX_SHOWN else f"{text[:MAX_SHOWN]}..."
+        shown = "" if value is None else f" = {text}"
         raise SceneError(f"{self.origin}{self._line(key)}: {key}{shown}: {problem}")
 
     def _line(self, key: str) -> str:
-        """':n' where the key (table.name[i]) is written, as far as a plain look at the lines tells."""
+        """':n' where the key (table.name[i]) is written, as far as the lines tell without parsing them."""
         if not self.numbered:
             return ""
         table, _, name = key.partition(".")
@@ -71,19 +77,26 @@ class Layer:
         return ""
 
 
+def flat(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield dotted names and values of nested tables; a table that is a signal stays whole."""
+    for key, value in table.items():
+        if isinstance(value, Mapping) and not any(kind in value for kind in SIGNALS):
+            yield from flat(value, f"{prefix}{key}.")
+        else:
+            yield prefix + key, value
+
+
 def number(layer: Layer, key: str, raw: Any, variable: Variable, difference: bool = False) -> float:
-    """A finite number in the variable's unit; its range is checked unless it is a difference of two values."""
+    """Read a finite number in the variable's unit; its range is checked unless it is a difference. Raises
+    SceneError."""
     if isinstance(raw, bool) or not isinstance(raw, (int, float, str)):
-        layer.refuse(
-            key,
-            raw,
-            f"wrong type; give a number in {variable.unit!r} or a text with a unit, such as '1 {variable.unit}'",
-        )
+        example = "" if variable.unit == "1" else f", or a text with a unit, such as '1 {variable.unit}'"
+        layer.refuse(key, raw, f"wrong type; give a number in {variable.unit!r}{example}")
     try:
         value = (
             units.convert(
                 raw,
-                variable.dimension,
+                variable.dimension if variable.has_unit else {},
                 variable.unit,
                 difference or variable.relative,
                 variable.factor,
@@ -92,8 +105,8 @@ def number(layer: Layer, key: str, raw: Any, variable: Variable, difference: boo
             if isinstance(raw, str)
             else float(raw)
         )
-    except ValueError as error:
-        layer.refuse(key, raw, f"{error}; give a number in {variable.unit!r} or a unit that converts to it")
+    except (ValueError, OverflowError) as error:
+        layer.refuse(key, raw, f"{error}; give a number in {variable.unit!r} or a text with a unit that converts to it")
     if not math.isfinite(value):
         layer.refuse(key, raw, "not finite; give a finite number")
     if not difference:
@@ -102,7 +115,7 @@ def number(layer: Layer, key: str, raw: Any, variable: Variable, difference: boo
 
 
 def scalar(layer: Layer, key: str, raw: Any, variable: Variable) -> float | int | bool | str:
-    """A constant of the variable's type; an item's name becomes its index."""
+    """Read a constant of the variable's type; an enumeration's item becomes its value. Raises SceneError."""
     if variable.type == "Real":
         return number(layer, key, raw, variable)
     if variable.type == "Boolean":
@@ -118,70 +131,83 @@ def scalar(layer: Layer, key: str, raw: Any, variable: Variable) -> float | int 
             layer.refuse(key, raw, similar(raw, variable.items))
         return variable.item_value(raw)
     if isinstance(raw, bool) or not isinstance(raw, int):
-        allowed = f"allowed: {', '.join(variable.items)}" if variable.items else "give a whole number"
+        allowed = f"allowed: {_items(variable)}" if variable.items else "give a whole number"
         layer.refuse(key, raw, f"wrong type; {allowed}")
-    if variable.items and raw not in variable.item_values:
-        known = (f"{name} ({value})" for name, value in zip(variable.items, variable.item_values, strict=True))
-        layer.refuse(key, raw, f"allowed: {', '.join(known)}")
+    if variable.items:
+        if raw not in variable.item_values:
+            layer.refuse(key, raw, f"not the value of an item; allowed: {_items(variable)}")
+        return raw
     _in_range(layer, key, raw, raw, variable)
     return raw
 
 
+def _items(variable: Variable) -> str:
+    """Items of an enumeration, with their values where these are not 1, 2, ..."""
+    if variable.item_values == tuple(range(1, len(variable.items) + 1)):
+        return ", ".join(variable.items)
+    return ", ".join(f"{name} ({value})" for name, value in zip(variable.items, variable.item_values, strict=True))
+
+
 def signal(layer: Layer, key: str, raw: Any, variable: Variable) -> Signal:
-    """A constant, {steps = [[t, value], ...]}, {ramps = [[t, value], ...]}, or a table of SHAPES: {sine = {offset,
-    amplitude, period, phase}}, {impulse = {peak, width}}, {pulses = {high, width, period, count}}."""
+    """Read a signal: a constant, {steps = [[t, value], ...]}, {ramps = [[t, value], ...]}, or a table of SHAPES: {sine
+    = {offset, amplitude, period, phase}}, {impulse = {peak, width}}, {pulses = {high, width, period, count}}.
+
+    Integer, Boolean and enumeration variables take constants and steps. Raises SceneError."""
     if not isinstance(raw, Mapping):
         return Constant(float(scalar(layer, key, raw, variable)))
     if len(raw) != 1 or next(iter(raw)) not in SIGNALS:
         layer.refuse(key, dict(raw), f"not a signal; give a constant or one of {', '.join(SIGNALS)}")
-    ((kind, about),) = raw.items()
+    ((kind, content),) = raw.items()
+    if variable.type != "Real" and kind != "steps":
+        layer.refuse(key, dict(raw), f"the variable is {variable.type}, so it cannot follow {kind}; give steps")
     if kind in SHAPES:
-        return _shaped(layer, key, kind, about, variable)
-    if not (isinstance(about, list) and about and all(isinstance(pair, list) and len(pair) == 2 for pair in about)):
-        layer.refuse(key, about, f"{kind} wants a list of pairs [time, value]")
-    times = tuple(number(layer, key, pair[0], TIME) for pair in about)
+        return _shaped(layer, key, kind, content, variable)
+    pairs = content if isinstance(content, list) and content else [None]
+    if not all(isinstance(pair, list) and len(pair) == 2 for pair in pairs):
+        layer.refuse(key, content, f"give {kind} as a list of pairs [time, value]")
+    times = tuple(number(layer, key, pair[0], TIME) for pair in pairs)
     if any(b <= a for a, b in itertools.pairwise(times)):
-        layer.refuse(key, about, "times must increase")
-    values = tuple(number(layer, key, pair[1], variable) for pair in about)
+        layer.refuse(key, content, "times must increase; sort the pairs, one for each time")
+    values = tuple(float(scalar(layer, key, pair[1], variable)) for pair in pairs)
     return Steps(times, values) if kind == "steps" else Ramps(times, values)
 
 
-def _shaped(layer: Layer, key: str, kind: str, about: Any, variable: Variable) -> Signal:
-    """A signal that is given as a table of numbers."""
+def _shaped(layer: Layer, key: str, kind: str, content: Any, variable: Variable) -> Signal:
+    """Read a signal that is given as a table of numbers."""
     shape = SHAPES[kind]
-    if not isinstance(about, Mapping):
-        layer.refuse(key, about, f"{kind} wants a table with {', '.join(shape)}")
-    for name in about:
+    if not isinstance(content, Mapping):
+        layer.refuse(key, content, f"give {kind} as a table with {', '.join(shape)}")
+    for name in content:
         if name not in shape:
-            layer.refuse(f"{key}.{kind}.{name}", about[name], f"unknown; {similar(name, tuple(shape))}")
+            layer.refuse(f"{key}.{kind}.{name}", content[name], f"unknown; {similar(name, tuple(shape))}")
     for name, (_, default) in shape.items():
-        if name not in about and default is None:
-            layer.refuse(key, dict(about), f"{kind} without {name}; add it")
-    given = {n: _entry(layer, key, n, what, about.get(n, default), variable) for n, (what, default) in shape.items()}
+        if name not in content and default is None:
+            layer.refuse(key, dict(content), f"{kind} without {name}; add it")
+    entries = {n: _entry(layer, key, n, what, content.get(n, start), variable) for n, (what, start) in shape.items()}
     if kind == "pulses":
-        if given["width"] >= given["period"]:
-            layer.refuse(key, dict(about), "pulses overlap; make width shorter than period")
-        count = int(given.pop("count"))
-        return pulses(**given, count=count)
-    made = Sine(**given) if kind == "sine" else Impulse(**given)
-    for value in made.extremes:
-        _in_range(layer, key, dict(about), value, variable)
-    return made
+        if entries["width"] >= entries["period"]:
+            layer.refuse(key, dict(content), "pulses overlap; make width shorter than period")
+        count = int(entries.pop("count"))
+        return pulses(**entries, count=count)
+    shaped = Sine(**entries) if kind == "sine" else Impulse(**entries)
+    for value in shaped.extremes:
+        _in_range(layer, key, dict(content), value, variable)
+    return shaped
 
 
 def _entry(layer: Layer, key: str, name: str, what: str, raw: Any, variable: Variable) -> float:
     if what == "count":
-        if isinstance(raw, bool) or not isinstance(raw, int) or not 1 <= raw <= MOST_PULSES:
-            layer.refuse(key, raw, f"{name} wants a whole number from 1 to {MOST_PULSES}")
+        if isinstance(raw, bool) or not isinstance(raw, int) or not 1 <= raw <= MAX_PULSES:
+            layer.refuse(key, raw, f"give {name} as a whole number from 1 to {MAX_PULSES}")
         return raw
     if what in ("value", "difference"):
         return number(layer, key, raw, variable, difference=what == "difference")
-    found = number(layer, key, raw, _ANGLE if what == "angle" else TIME)
-    if what == "length" and found <= 0.0:
-        layer.refuse(key, raw, f"a {name} is positive")
-    if what == "time" and found < 0.0:
+    value = number(layer, key, raw, _ANGLE if what == "angle" else TIME)
+    if what == "length" and value <= 0.0:
+        layer.refuse(key, raw, f"{name} must be positive; give a time greater than 0")
+    if what == "time" and value < 0.0:
         layer.refuse(key, raw, f"{name} is before the run; allowed: 0 s or later")
-    return found
+    return value
 
 
 def _in_range(layer: Layer, key: str, raw: Any, value: float, variable: Variable) -> None:

@@ -70,8 +70,8 @@ def _matrix(system: System) -> np.ndarray:
         first_input[name], first_output[name] = inputs, outputs
         inputs, outputs = inputs + len(part.inputs), outputs + len(part.outputs)
     L = np.zeros((inputs, outputs))
-    for source, k, target, column in system.wires:
-        L[first_input[target] + column, first_output[source] + k] = 1.0
+    for wire in system.wires:
+        L[first_input[wire.target] + wire.input, first_output[wire.source] + wire.output] = wire.connection.factor
     return A + B @ np.linalg.solve(np.eye(inputs) - L @ D, L @ C)
 
 

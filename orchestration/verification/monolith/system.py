@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Iterator
+from typing import NamedTuple
 
 import networkx as nx
 import numpy as np
@@ -18,11 +19,21 @@ from ...scene import Member, Scene
 from ...simulation import recorded_variables
 from .part import Equilibrium, Model, Part
 
-__all__ = ["System", "assembled"]
+__all__ = ["System", "Wire", "assembled"]
 
 _INSTANT = 1e-9  # [s]
 
 Piece = tuple[float, float]  # between two events [s]
+
+
+class Wire(NamedTuple):
+    """A connection by columns: an output of the part `source` feeds an input of the part `target`."""
+
+    source: str
+    output: int
+    target: str
+    input: int
+    connection: Connection
 
 
 class System:
@@ -33,8 +44,8 @@ class System:
         self._inputs = {name: np.array([port.start for port in part.inputs]) for name, part in parts.items()}
         column = {name: {p.name: k for k, p in enumerate(part.inputs)} for name, part in parts.items()}
         place = {name: {p.name: k for k, p in enumerate(part.outputs)} for name, part in parts.items()}
-        self.wires: list[tuple[str, int, str, int]] = [
-            (c.source[0], place[c.source[0]][c.source[1]], c.target[0], column[c.target[0]][c.target[1]])
+        self.wires = [
+            Wire(c.source[0], place[c.source[0]][c.source[1]], c.target[0], column[c.target[0]][c.target[1]], c)
             for c in scene.connections
         ]
         self._signals: list[tuple[str, int, Signal]] = [
@@ -86,9 +97,10 @@ class System:
             self._inputs[name][column] = signal.polynomial(time, length if abs(length) > _INSTANT else _INSTANT)[0]
 
     def _pass_on(self, name: str, values: np.ndarray) -> None:
-        for source, k, target, column in self.wires:
-            if source == name:
-                self._inputs[target][column] = values[k]
+        for wire in self.wires:
+            if wire.source == name:
+                transformation = wire.connection
+                self._inputs[wire.target][wire.input] = transformation.factor * values[wire.output] + transformation.offset
 
 
 @contextlib.contextmanager

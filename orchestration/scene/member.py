@@ -1,0 +1,54 @@
+"""An FMU of a scene with the values set in it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from ..cosim.signals import Signal
+from ..errors import SceneError
+from ..fmi.archive import Archive
+
+__all__ = ["Member", "Value", "settable"]
+
+Value = float | int | bool | str
+
+
+@dataclass(frozen=True)
+class Member:
+    """An FMU of a scene: its parameters, and the signals that drive its inputs.
+
+    frozen: a co-simulation takes no step of it, so that its outputs stay as they are at the start
+    (cosim/frozen_subsystem.py); not a key of scenes, but set where model selection finds that it changes nothing."""
+
+    name: str
+    archive: Archive
+    parameters: Mapping[str, Value]
+    signals: Mapping[str, Signal]
+    frozen: bool = False
+
+    def value(self, parameter: str) -> Value | None:
+        """Value of a parameter, set or start; None where there is no such parameter."""
+        declared = self.archive.variables.get(parameter)
+        return self.parameters.get(parameter, declared.start if declared else None)
+
+    def real(self, parameter: str) -> float:
+        """Value of a parameter that must exist."""
+        return float(self.value(parameter) or 0.0)
+
+    def reals(self, vector: str) -> tuple[float, ...]:
+        """Values of a vector's elements. Raises SceneError where the FMU has no such vector."""
+        if vector not in self.archive.vectors:
+            raise SceneError(f"{self.name}: {self.archive.path.name} has no vector {vector!r}; give an FMU that has it")
+        return tuple(self.real(element) for element in self.archive.vectors[vector])
+
+    def choice(self, parameter: str) -> str:
+        """Name of the item that an enumeration has."""
+        return self.archive.variables[parameter].items[int(self.real(parameter)) - 1]
+
+
+def settable(archive: Archive) -> list[str]:
+    """Names of what a scene can set in an FMU: vectors, and scalars that are not elements of one."""
+    names = {v.name for v in archive.variables.values() if v.causality in ("parameter", "input")}
+    elements = {element for vector in archive.vectors.values() for element in vector}
+    return [base for base, vector in archive.vectors.items() if vector[0] in names] + sorted(names - elements)
