@@ -9,7 +9,7 @@ Flow: scene -> master -> subsystems -> results -> charts; nothing later in it is
 """
 
 from .api import Overrides, read, run
-from .errors import CosimError, CouplingError, SceneError, SubsystemError
+from .errors import CosimError, CouplingError, SceneError, SceneWarning, SubsystemError
 from .results import write
 from .scene import Coupling, Scene, titles
 from .visualization.accessor import GifImage, ResultAccessor
@@ -23,6 +23,7 @@ __all__ = [
     "ResultAccessor",
     "Scene",
     "SceneError",
+    "SceneWarning",
     "SubsystemError",
     "read",
     "run",

@@ -142,7 +142,11 @@ SLIPS = {
     "signal backwards": ('"1.5 V"', "{ steps = [[1, 1], [0, 2]] }", ["thermal.V[2]", "times must increase"]),
     "sine without period": ('"1.5 V"', "{ sine = { amplitude = 1 } }", ["thermal.V[2]", "without period"]),
     "sine typo": ('"1.5 V"', "{ sine = { amplitude = 1, perod = 2 } }", ["perod", "did you mean 'period'"]),
-    "impulse of no width": ('"1.5 V"', "{ impulse = { peak = 1, width = 0 } }", ["thermal.V[2]", "width is positive"]),
+    "impulse of no width": (
+        '"1.5 V"',
+        "{ impulse = { peak = 1, width = 0 } }",
+        ["thermal.V[2]", "width must be positive"],
+    ),
     "impulse before the run": ('"1.5 V"', "{ impulse = { peak = 1, width = 1, start = -1 } }", ["-1", "0 s or later"]),
     "impulse out of range": (
         "dynamic = false",
@@ -152,7 +156,7 @@ SLIPS = {
     "half a pulse": (
         '"1.5 V"',
         "{ pulses = { high = 1, width = 1, period = 2, count = 0.5 } }",
-        ["thermal.V[2]", "0.5", "count wants a whole number"],
+        ["thermal.V[2]", "0.5", "count as a whole number"],
     ),
     "overlapping pulses": (
         '"1.5 V"',
@@ -162,12 +166,12 @@ SLIPS = {
     "unknown connection": (
         "[thermal]",
         'connections = ["thermal.Q -> rod.T"]\n[thermal]',
-        ["thermal.Q", "no Real output"],
+        ["thermal.Q", "not an output of Real type"],
     ),
     "connection of unlike units": (
         "[thermal]",
         'connections = ["rod.delta -> rod.T"]\n[thermal]',
-        ["rod.delta -> rod.T", "units differ: 'm' and 'K'"],
+        ["rod.delta -> rod.T", "units differ: 'm' (m) and 'K' (K)"],
     ),
     "connection of unlike counts": (
         "[thermal]",

@@ -10,6 +10,7 @@ import io
 import os
 import tempfile
 import zipfile
+from collections.abc import Iterable
 from functools import cached_property, lru_cache
 from importlib import resources
 from pathlib import Path
@@ -180,10 +181,28 @@ def find_fmu(name: str, near: Path | None = None) -> Path:
     raise SceneError(f"no FMU {name!r} in {', '.join(str(folder) for folder in folders)}; {hint}")
 
 
-def similar(word: str, known: list[str] | tuple[str, ...]) -> str:
-    """Return the remedy for a word that is not known: the nearest one, or all that are allowed."""
-    close = difflib.get_close_matches(word, known, n=1)
-    return f"did you mean {close[0]!r}?" if close else f"allowed: {', '.join(sorted(known))}"
+MAX_NAMES = 12  # that a message lists; more hide the one that is meant
+
+
+def similar(word: str, known: Iterable[str]) -> str:
+    """Return the remedy for a word that is not known: the name that is close, or the nearest of all names."""
+    names = sorted(set(known))
+    if not names:
+        return "there is none"
+    lower = {name.lower(): name for name in reversed(names)}
+    close = difflib.get_close_matches(word.lower(), lower, n=1)
+    if close:
+        return f"did you mean {lower[close[0]]!r}?"
+    if len(names) <= MAX_NAMES:
+        return f"allowed: {', '.join(names)}"
+    matcher = difflib.SequenceMatcher(b=word.lower(), autojunk=False)
+
+    def closeness(name: str) -> float:
+        matcher.set_seq1(name.lower())
+        return matcher.ratio()
+
+    nearest = sorted(names, key=closeness, reverse=True)[:MAX_NAMES]
+    return f"nearest: {', '.join(nearest)} (of {len(names)})"
 
 
 def _read(path: Path) -> tuple[ModelDescription, etree._Element]:

@@ -11,10 +11,10 @@ from collections.abc import Mapping
 from typing import Any
 
 from ..cosim.topology import Connection
-from .unit_conversion import conversion, unit_of
 from ..fmi.archive import Variable, similar
 from .manipulator import DEFAULT_WIRING
 from .member import Member
+from .unit_conversion import conversion, unit_of
 from .validation import Layer
 
 __all__ = ["wired"]

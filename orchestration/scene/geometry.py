@@ -40,7 +40,9 @@ def _distributed(layer: Layer, archives: Mapping[str, Archive]) -> Layer:
         owners = [name for name, archive in archives.items() if {key, base} & {*archive.variables, *archive.vectors}]
         if not owners:
             known = {name for archive in archives.values() for name in settable(archive)}
-            layer.refuse(key, value, f"no FMU has it; {similar(key, [k for k in known if k.startswith(SHARED_TABLES)])}")
+            layer.refuse(
+                key, value, f"no FMU has it; {similar(key, [k for k in known if k.startswith(SHARED_TABLES)])}"
+            )
         for owner in owners:
             own = raw.get(owner, {})
             if isinstance(own, Mapping):  # what is not a table is refused when it is read
@@ -71,12 +73,14 @@ def _agree(a: Member, b: Member) -> None:
     for parameter in SHARED_PARAMETERS:
         for name in a.archive.vectors.get(parameter, (parameter,)):
             one, other = a.value(name), b.value(name)
-            if isinstance(one, float) and isinstance(other, float) and abs(one - other) > _SAME * max(abs(one), abs(other)):
+            if not isinstance(one, float) or not isinstance(other, float):
+                continue
+            if abs(one - other) > _SAME * max(abs(one), abs(other)):
                 unit = a.archive.variables[name].unit
                 raise SceneError(
-                    f"{a.name}.{name} = {one:g} {unit}, but {b.name}.{name} = {other:g} {unit}: connected FMUs describe "
-                    f"one manipulator; set {name} once for both, in the table [{name.partition('.')[0]}] or as "
-                    f"--set {_quoted(name)}='{one:g} {unit}'"
+                    f"{a.name}.{name} = {one:g} {unit}, but {b.name}.{name} = {other:g} {unit}: connected FMUs "
+                    f"describe one manipulator; set {name} once for both, in the table [{name.partition('.')[0]}] or "
+                    f"as --set {_quoted(name)}='{one:g} {unit}'"
                 )
 
 

@@ -53,7 +53,9 @@ def find(source: str | Path, folder: str, kind: str, near: Path | None = None) -
             raise SceneError(f"{candidate}: a folder, not a {kind}; give a {_TOML} or {_SSP} file in it")
     remedy = similar(str(source), shipped)
     if Path(source).suffix.lower() in (_TOML, _SSP) or len(Path(source).parts) > 1:
-        raise SceneError(f"no {kind} {str(source)!r}: no such file in {Path.cwd()}; check the path. {_sentence(remedy)}")
+        raise SceneError(
+            f"no {kind} {str(source)!r}: no such file in {Path.cwd()}; check the path. {_sentence(remedy)}"
+        )
     raise SceneError(f"no {kind} {str(source)!r}: no such file, and {remedy}")
 
 
@@ -77,7 +79,9 @@ def load(path: Path) -> Layer:
             raise SceneError(f"{path}: larger than {_MOST_BYTES} bytes, so not a scene; give a TOML file")
         content = path.read_bytes()
     except OSError as error:
-        raise SceneError(f"{path}: cannot be read: {error.strerror or error}; check the path and its permissions") from error
+        raise SceneError(
+            f"{path}: cannot be read: {error.strerror or error}; check the path and its permissions"
+        ) from error
     try:
         text = content.decode("utf-8-sig").replace("\r\n", "\n")
     except UnicodeDecodeError as error:
@@ -107,7 +111,9 @@ def overriding(overrides: Sequence[str] | Mapping[str, Any], origin: str = "--se
             raw.setdefault(table, {})[name] = value
         else:
             raw[table] = dict(value) if isinstance(value, Mapping) else value
-    text = "\n".join(f"{key}={value}" for key, value in items) if isinstance(overrides, Mapping) else "\n".join(overrides)
+    text = (
+        "\n".join(f"{key}={value}" for key, value in items) if isinstance(overrides, Mapping) else "\n".join(overrides)
+    )
     return Layer(origin, text, raw, numbered=False, overrides=True)
 
 

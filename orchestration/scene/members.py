@@ -17,6 +17,7 @@ from .validation import Layer, flat
 
 __all__ = ["read_members"]
 
+
 def read_members(
     top: Mapping[str, tuple[Any, Layer]],
     layers: Sequence[Layer],

@@ -67,8 +67,7 @@ KEYS = {
     "stop_time": "[s], such as '30 s'; the one key that must be there",
     "parameters": "name of a parameter set, or a file, or with ssp one in the archive; default: fig3, or what is bound",
     "ssp": "file of an SSP archive, whose FMUs, wiring, values and stop time hold where the scene says nothing else",
-    "connections": "list of 'fmu.output -> fmu.input' or {from, to, factor, offset}; default: what the FMUs need of each "
-    "other",
+    "connections": "list of 'fmu.output -> fmu.input' or {from, to, factor, offset}; default: thermal and rod wired",
     "fmus": "table of name = 'file.fmu', in sweep order; default: thermal and rod",
     "coupling": "table of the settings of the master",
     "fidelity": "table: how much model to use, and what for",
@@ -148,7 +147,7 @@ def _title(top: Mapping[str, tuple[Any, Layer]], name: str) -> str:
 def _stop_time(top: Mapping[str, tuple[Any, Layer]], first: Layer) -> float:
     raw, layer = top.get("stop_time", (None, first))
     if raw is None:
-        layer.refuse("stop_time", None, "missing; add for example stop_time = '30 s'")
+        layer.refuse("stop_time", None, "missing; add for example stop_time = '30 s', or --set stop_time=30")
     stop_time = validation.number(layer, "stop_time", raw, validation.TIME)
     if stop_time <= 0.0:
         layer.refuse("stop_time", raw, "out of range; a stop time is positive")

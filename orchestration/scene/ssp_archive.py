@@ -18,7 +18,6 @@ from lxml import etree
 from ..errors import SceneError
 from .unit_conversion import Unit
 
-
 __all__ = ["SPACES", "SSPArchive", "local_name", "unit_definitions"]
 
 _SSP = "http://ssp-standard.org/SSP1/SystemStructure"
@@ -145,7 +144,9 @@ class SSPArchive:
             self.refuse(entry, "is not in the archive; an SSP archive has it at its top")
         try:
             text = self._zip.read(self._entries[entry])
-            root = etree.fromstring(text, etree.XMLParser(resolve_entities=False, remove_comments=True, remove_pis=True))
+            root = etree.fromstring(
+                text, etree.XMLParser(resolve_entities=False, remove_comments=True, remove_pis=True)
+            )
         except Exception as error:  # the many ways of zipfile and lxml to say that a file cannot be read
             self.refuse(entry, f"is not readable XML: {error}")
         if local_name(root) != root_name:

@@ -24,7 +24,10 @@ __all__ = ["read"]
 
 _SSD = "SystemStructure.ssd"
 # OMSimulator's step: of the current release, and of older ones.
-_STEPS = ((".//{*}SimulationInformation[@fixedStepSize]", "fixedStepSize"), (".//{*}FixedStepMaster[@stepSize]", "stepSize"))
+_STEPS = (
+    (".//{*}SimulationInformation[@fixedStepSize]", "fixedStepSize"),
+    (".//{*}FixedStepMaster[@stepSize]", "stepSize"),
+)
 
 
 def read(

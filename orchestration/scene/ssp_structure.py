@@ -14,15 +14,14 @@ from typing import NamedTuple
 
 from lxml import etree
 
-
 from ..fmi.archive import Archive, Variable, similar
-
 from .ssp_archive import SPACES, SSPArchive, unit_definitions
 from .unit_conversion import Unit, conversion, unit_of
 
 __all__ = ["Component", "Connector", "Reached", "Structure", "attribute_number"]
 
 _FMU, _DEFINITION = "application/x-fmu-sharedlibrary", "application/x-ssp-definition"
+_DICTIONARY = "application/x-ssp-signal-dictionary"
 _SOURCES, _TARGETS = ("output", "calculatedParameter"), ("input", "parameter")
 
 
@@ -120,7 +119,7 @@ class Structure:
         for hops, end, variable in self._paths(start, begin, frozenset()):
             difference = variable.relative and (source is None or source.relative)
             try:
-                whole = _transformation(first, hops, unit_of(variable), difference)
+                whole = self._transformation(first, hops, unit_of(variable), difference)
             except ValueError as error:
                 self.archive.refuse(f"Connection {start} to {end}", f"{error}; connect connectors of one quantity")
             yield Reached(self.components[end.path].name, variable, *whole)
@@ -133,13 +132,11 @@ class Structure:
         factor, offset: a transformation of the value once it is in the connector's unit. Raises ValueError."""
         stated = self.units.get(connector) or unit_of(variable)
         hops = ((stated, Edge(connector, False, factor, offset)),)
-        return _transformation(unit, hops, unit_of(variable), variable.relative)
+        return self._transformation(unit, hops, unit_of(variable), variable.relative)
 
     # -- reading
 
-    def _add_connectors(
-        self, element: etree._Element, path: tuple[str, ...], definitions: dict[str, Unit]
-    ) -> None:
+    def _add_connectors(self, element: etree._Element, path: tuple[str, ...], definitions: dict[str, Unit]) -> None:
         for item in element.iterfind("ssd:Connectors/ssd:Connector", SPACES):
             connector = Connector(path, item.get("name"))
             self.kinds[connector] = item.get("kind")
@@ -200,6 +197,10 @@ class Structure:
     def _add_dictionaries(self, system: etree._Element, path: tuple[str, ...], definitions: dict[str, Unit]) -> None:
         for item in system.iterfind("ssd:SignalDictionaries/ssd:SignalDictionary", SPACES):
             name = item.get("name") or ""
+            if item.get("type", _DICTIONARY) != _DICTIONARY:
+                self.archive.refuse(
+                    f"SignalDictionary {name}", f"type {item.get('type')!r} is not supported; give an SSB file"
+                )
             inline = item.find("ssb:SignalDictionary", SPACES)
             source = item.get("source")
             if source is not None:
@@ -274,8 +275,8 @@ class Structure:
         if inner in self.systems:
             self._known(connector)
             return connector, _role(self.kinds[connector], inside=False)
-        known = [p[-1] for p in (*self.components, *self.systems, *self._references) if p and p[:-1] == path]
-        self.archive.refuse(f"Connection to {'.'.join(inner)}.{name}", f"no such element; {similar(element, known)}")
+        names = [p[-1] for p in (*self.components, *self.systems, *self._references) if p and p[:-1] == path]
+        self.archive.refuse(f"Connection to {'.'.join(inner)}.{name}", f"no such element; {similar(element, names)}")
 
     def _known(self, connector: Connector) -> None:
         if connector not in self.kinds:
@@ -286,6 +287,32 @@ class Structure:
             )
 
     # -- following connections
+
+    def _transformation(
+        self, unit: Unit | None, hops: tuple[tuple[Unit | None, Edge], ...], last: Unit | None, difference: bool
+    ) -> tuple[float, float]:
+        """Factor and offset along a path that begins in `unit` and ends in a variable of the unit `last`. Raises
+        ValueError."""
+        factor, offset = 1.0, 0.0
+        for stated, edge in hops:
+            if edge.suppressed:
+                unit = stated
+            elif stated is not None:
+                gain, shift = conversion(self._defined(unit), self._defined(stated), difference)
+                factor, offset, unit = gain * factor, gain * offset + shift, stated
+            factor, offset = edge.factor * factor, edge.factor * offset + edge.offset
+        gain, shift = conversion(self._defined(unit), last, difference)
+        return gain * factor, gain * offset + shift
+
+    def _defined(self, unit: Unit | None) -> Unit | None:
+        """The unit; where the archive does not define it, as all FMUs that have a unit of that name do."""
+        if unit is None or unit.exponents is not None:
+            return unit
+        variables = (v for c in self.components.values() for v in c.archive.variables.values())
+        units = {
+            (u.name, str(u), u.factor, u.offset): u for v in variables if (u := unit_of(v)) and u.name == unit.name
+        }
+        return next(iter(units.values())) if len(units) == 1 else unit
 
     def _variable(self, connector: Connector) -> Variable | None:
         component = self.components.get(connector.path)
@@ -319,19 +346,3 @@ def _role(kind: str, inside: bool) -> bool | None:
     if kind in _SOURCES:
         return not inside
     return inside if kind in _TARGETS else None
-
-
-def _transformation(
-    unit: Unit | None, hops: tuple[tuple[Unit | None, Edge], ...], last: Unit | None, difference: bool
-) -> tuple[float, float]:
-    """Factor and offset along a path that begins in `unit` and ends in a variable of the unit `last`."""
-    factor, offset = 1.0, 0.0
-    for stated, edge in hops:
-        if edge.suppressed:
-            unit = stated
-        elif stated is not None:
-            gain, shift = conversion(unit, stated, difference)
-            factor, offset, unit = gain * factor, gain * offset + shift, stated
-        factor, offset = edge.factor * factor, edge.factor * offset + edge.offset
-    gain, shift = conversion(unit, last, difference)
-    return gain * factor, gain * offset + shift

@@ -14,8 +14,7 @@ from lxml import etree
 
 from ..errors import SceneWarning
 from ..fmi.archive import Variable, similar
-
-from .ssp_archive import SPACES, SSPArchive, local_name, unit_definitions
+from .ssp_archive import SPACES, local_name, unit_definitions
 from .ssp_structure import Connector, Structure, attribute_number
 from .unit_conversion import Unit
 
@@ -112,8 +111,9 @@ class _Reader:
             self._set(reached.component, reached.variable, value, reached.factor, reached.offset)
 
     def _set(self, component: str, variable: Variable, value: Value, factor: float, offset: float) -> None:
-        numeric = (factor, offset) != (1.0, 0.0) and not isinstance(value.value, str)
-        scaled = factor * value.value + offset if numeric else value.value
+        scaled = value.value
+        if (factor, offset) != (1.0, 0.0) and not isinstance(scaled, str):
+            scaled = factor * scaled + offset
         whole = variable.type in ("Integer", "Enumeration") and isinstance(scaled, float)
         self.found[component][variable.name] = int(scaled) if whole and float(scaled).is_integer() else scaled
 
@@ -191,10 +191,12 @@ class _Reader:
         self._supported(element, _MAPPING, f"ParameterMapping of {where}", "an SSM file")
         root = element.find("ssm:ParameterMapping", SPACES)
         if source := element.get("source"):
-            root = self.archive.document(self.archive.resolve(source, f"ParameterMapping of {where}"), "ParameterMapping")
+            root = self.archive.document(
+                self.archive.resolve(source, f"ParameterMapping of {where}"), "ParameterMapping"
+            )
         entries: dict[str, list[_Mapped]] = {}
-        for entry in () if root is None else root.iterfind("ssm:MappingEntry", SPACES):
-            entries.setdefault(entry.get("source"), []).append(self._mapped(entry))
+        for item in () if root is None else root.iterfind("ssm:MappingEntry", SPACES):
+            entries.setdefault(item.get("source"), []).append(self._mapped(item))
         return entries
 
     def _mapped(self, entry: etree._Element) -> _Mapped:
@@ -218,13 +220,16 @@ class _Reader:
             key = _key(str(value.value), value.kind == "Boolean")
             if key not in entry.table:
                 self.archive.refuse(
-                    f"Parameter {value.name}", f"the mapping has no entry for {value.value!r}; {similar(key, entry.table)}"
+                    f"Parameter {value.name}",
+                    f"the mapping has no entry for {value.value!r}; {similar(key, entry.table)}",
                 )
             return replace(value, value=_scalar(value.kind, entry.table[key]))
         if (entry.factor, entry.offset) == (1.0, 0.0):
             return value
         if value.kind in ("String", "Boolean", "Enumeration"):
-            self.archive.refuse(f"Parameter {value.name}", f"a linear transformation of type {value.kind}; use a number")
+            self.archive.refuse(
+                f"Parameter {value.name}", f"a linear transformation of type {value.kind}; use a number"
+            )
         return replace(value, factor=entry.factor, offset=entry.offset)
 
 

@@ -162,7 +162,7 @@ def signal(layer: Layer, key: str, raw: Any, variable: Variable) -> Signal:
         layer.refuse(key, dict(raw), f"the variable is {variable.type}, so it cannot follow {kind}; give steps")
     if kind in SHAPES:
         return _shaped(layer, key, kind, content, variable)
-    pairs = content if isinstance(content, list) and content else [None]
+    pairs: list[Any] = content if isinstance(content, list) and content else [None]
     if not all(isinstance(pair, list) and len(pair) == 2 for pair in pairs):
         layer.refuse(key, content, f"give {kind} as a list of pairs [time, value]")
     times = tuple(number(layer, key, pair[0], TIME) for pair in pairs)

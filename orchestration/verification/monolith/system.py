@@ -100,7 +100,9 @@ class System:
         for wire in self.wires:
             if wire.source == name:
                 transformation = wire.connection
-                self._inputs[wire.target][wire.input] = transformation.factor * values[wire.output] + transformation.offset
+                self._inputs[wire.target][wire.input] = (
+                    transformation.factor * values[wire.output] + transformation.offset
+                )
 
 
 @contextlib.contextmanager
