@@ -165,7 +165,7 @@ MAPPED = '<ssd:ParameterMapping source="resources/a.ssm"/>'
     [
         ('endConnector="T[1]"/>', f'endConnector="T[1]">{TABLE}</ssd:Connection>', "MappingTransformation T[1]: not"),
         ("</ssd:Connections>", f"</ssd:Connections>{SIGNALS}", "SignalDictionary dict: type 'x'"),
-        ('source="resources/all.ssv"/>', f'source="resources/all.ssv">{MAPPED}</ssd:ParameterBinding>', "'resources/a.ssm'"),
+        ('all.ssv"/>', f'all.ssv">{MAPPED}</ssd:ParameterBinding>', "source 'resources/a.ssm' is not in the archive"),
         ('endConnector="T[1]"/>', 'endConnector="T[9]"/>', "Connector rod.T[9]: no such variable; did you mean 'T["),
         ('endElement="heat"', 'endElement="heet"', "no such element; did you mean 'heat'"),
         ('endConnector="tip"', 'endConnector="top"', "no such connector; did you mean 'tip'"),
