@@ -41,7 +41,7 @@ def text() -> str:
 
 
 def _commands() -> str:
-    commands = typer.main.get_command(app).commands
+    commands = {name: c for name, c in typer.main.get_command(app).commands.items() if not c.hidden}
     counts = Counter(_parameter(p) for command in commands.values() for p in command.params)
     shared = [parameter for parameter, count in counts.items() if count > 1]
     head = ("argument or option", "default", "meaning")
