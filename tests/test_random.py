@@ -60,7 +60,7 @@ def overrides(seed: int) -> list[str]:
         f"rod.dynamic={'true' if moving else 'false'}",
         f"rod.method={random.choice(rod_methods())}",
         f"rod.tca.E={log_uniform(1e6, 1e11)}",
-        f"rod.body.length={log_uniform(0.02, 0.1)}",
+        f"body.length={log_uniform(0.02, 0.1)}",
         f"rod.body.retardation={random.choice([0.0, log_uniform(1e-4, 1e-1)])}",
         f"rod.order={random.integers(0, 4 if moving else 8)}",
         f"rod.closure={random.choice(['inside', 'exchanged', 'exchanged'])}",

@@ -141,7 +141,7 @@ def test_a_search_says_what_it_is_at(monkeypatch: pytest.MonkeyPatch, tmp_path: 
         (["select", "step", "--tolerance", "0"], "allowed: 1e-06 to 0.3"),
         (["select", "step", "--tolerance", "nan"], "not finite"),
         (["select", "step", "--tolerance", "much"], "fidelity.tolerance = 'much'"),
-        (["select", "step", "--of", "rod.tip"], "no Real output"),
+        (["select", "step", "--of", "rod.tip"], "not a Real output"),
         (["select", "step", "--of", "rod.tip.p[1]"], "give the whole vector, 'rod.tip.p'"),
         (["timing", "step", "--set", "fidelity.level=auto"], "use `tca-cosim run` or `tca-cosim select`"),
     ],
@@ -154,10 +154,10 @@ def test_mistakes_are_one_message(arguments: list[str], said: str) -> None:
 
 def test_mistakes_in_the_table() -> None:
     for slip, said in (
-        ("fidelity=3", "wants a table"),
+        ("fidelity=3", "give a table"),
         ("fidelity.level=some", "allowed: "),
-        ("fidelity.quantities=3", "wants a list of outputs"),
-        ('fidelity.quantities=["rod.T"]', "no Real output"),
+        ("fidelity.quantities=3", "give a list of outputs"),
+        ('fidelity.quantities=["rod.T"]', "not a Real output"),
         ("fidelity.tolerence=1", "did you mean 'tolerance'"),
     ):
         with pytest.raises(SceneError, match=said):
