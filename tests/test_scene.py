@@ -166,7 +166,7 @@ SLIPS = {
     "unknown connection": (
         "[thermal]",
         'connections = ["thermal.Q -> rod.T"]\n[thermal]',
-        ["thermal.Q", "not an output of Real type"],
+        ["thermal.Q", "not an output; "],
     ),
     "connection of unlike units": (
         "[thermal]",

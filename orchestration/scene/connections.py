@@ -21,7 +21,6 @@ __all__ = ["wired"]
 
 _ARROW = "->"
 _KEYS = ("from", "to", "factor", "offset", "convert")
-_TYPES = ("Real",)  # of variables that can be connected
 
 
 def wired(members: Mapping[str, Member], given: tuple[Any, Layer] | None) -> tuple[Connection, ...]:
@@ -149,6 +148,8 @@ def _connect(
     for a, b in zip(outputs, inputs, strict=True):
         if a.type != b.type:
             layer.refuse("connections", text, f"types differ: {a.type} and {b.type}; connect variables of one type")
+        if a.items != b.items or a.item_values != b.item_values:
+            layer.refuse("connections", text, f"items differ: {', '.join(a.items)} and {', '.join(b.items)}")
         gain, shift = _conversion(a, b, text, layer) if convert else (1.0, 0.0)
         connections.append(Connection((source[0], a.name), (target[0], b.name), factor * gain, factor * shift + offset))
         if connections[-1].transforms and a.type != "Real":
@@ -179,18 +180,10 @@ def _variables(
         layer.refuse("connections", text, f"no FMU {name!r}; {similar(name, list(members))}")
     archive = members[name].archive
     scalars = [archive.variables[v] for v in ([key] if key in archive.variables else archive.vectors.get(key, ()))]
-    fit = [v for v in scalars if v.causality == causality and v.type in _TYPES]
-    if fit and len(fit) == len(scalars):
-        return fit
-    wrong = next((v for v in scalars if v.causality == causality), None)
-    if wrong is not None:
-        layer.refuse(
-            "connections",
-            text,
-            f"{'.'.join(end)!r} has the type {wrong.type}; only {' and '.join(_TYPES)} variables can be connected",
-        )
-    known = [v.name for v in archive.variables.values() if v.causality == causality and v.type in _TYPES]
-    bases = [base for base, elements in archive.vectors.items() if elements[0] in known]
-    layer.refuse(
-        "connections", text, f"{'.'.join(end)!r} is not an {causality} of Real type; {similar(key, [*bases, *known])}"
-    )
+    if scalars and all(v.causality == causality for v in scalars):
+        return scalars
+    known = [v.name for v in archive.variables.values() if v.causality == causality]
+    vectors = {base for base, elements in archive.vectors.items() if elements[0] in known}
+    elements = {element for base in vectors for element in archive.vectors[base]}
+    names = [*vectors, *(name for name in known if name not in elements)]
+    layer.refuse("connections", text, f"{'.'.join(end)!r} is not an {causality}; {similar(key, names)}")

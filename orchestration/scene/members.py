@@ -13,7 +13,7 @@ from . import validation
 from .geometry import SHARED_TABLES, distribute
 from .manipulator import DEFAULT_FMUS
 from .member import Member, Value, settable
-from .validation import Layer, flat
+from .validation import SIGNAL_TYPES, Layer, flat
 
 __all__ = ["read_members"]
 
@@ -87,10 +87,13 @@ def _member(name: str, archive: Archive, layers: Sequence[Layer]) -> Member:
         for key, raw in flat(layer.raw.get(name, {})):
             for full, element in _elements(layer, name, key, raw, archive):
                 variable, label = archive.variables[full], f"{name}.{full}"
-                if variable.causality == "input" and variable.type == "Real":
+                driven = variable.type == "Real" or isinstance(element, (Mapping, SIGNAL_TYPES))
+                if variable.causality == "input" and driven:
                     signals[full] = validation.signal(layer, label, element, variable)
-                elif variable.causality in ("parameter", "input"):  # inputs that are not Real are constant
+                    parameters.pop(full, None)
+                elif variable.causality in ("parameter", "input"):  # inputs of other types may be constant
                     parameters[full] = validation.scalar(layer, label, element, variable)
+                    signals.pop(full, None)
                 else:
                     layer.refuse(label, element, _not_settable(variable))
     return Member(name, archive, parameters, signals)

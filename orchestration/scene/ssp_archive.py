@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 import zipfile
 from collections.abc import Iterable, Iterator, Mapping
+from functools import lru_cache
 from pathlib import Path, PurePosixPath
 from typing import NoReturn
 from urllib.parse import unquote, urlsplit
@@ -92,6 +93,12 @@ _ATTRIBUTES = {  # that an element must have
 }
 
 
+@lru_cache(maxsize=len(_SCHEMAS))
+def _schema(name: str) -> etree.XMLSchema:
+    """The standard's schema as FMPy brings it."""
+    return etree.XMLSchema(file=str(Path(fmpy_ssp.__file__).parent / "schema" / name))
+
+
 class SSPArchive:
     """An opened archive. Use as a context manager. Raises SceneError, which names the file."""
 
@@ -155,10 +162,10 @@ class SSPArchive:
             self.refuse(entry, f"namespace {etree.QName(root).namespace!r} is not one of SSP 1.0 or 2.0")
         version = root.get("version", "")
         if re.match(r"1\.", version):
-            try:
-                fmpy_ssp.validate_tree(root, _SCHEMAS[root_name])
-            except Exception as error:  # FMPy raises plain Exception
-                self.refuse(entry, f"is not valid SSP 1.0: {' '.join(str(error).split())}")
+            schema = _schema(_SCHEMAS[root_name])
+            if not schema.validate(root):
+                errors = "; ".join(f"line {entry.line}: {entry.message}" for entry in list(schema.error_log)[:3])
+                self.refuse(entry, f"is not valid SSP 1.0: {errors}")
         elif not re.match(r"2\.", version):
             self.refuse(entry, f"version {version!r} is not supported; allowed: 1.0, and 2.0 as far as 1.0 goes")
         self._check(root)

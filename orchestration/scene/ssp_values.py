@@ -36,6 +36,7 @@ class Value:
     unit: Unit | None
     factor: float = 1.0
     offset: float = 0.0
+    origin: tuple[str, str] = ("", "")  # file and name there
 
 
 @dataclass(frozen=True)
@@ -69,7 +70,8 @@ class _Reader:
     def __init__(self, structure: Structure, chosen: str | None) -> None:
         self.structure, self.archive, self.chosen = structure, structure.archive, chosen
         self.found: dict[str, dict[str, Scalar]] = {c.name: {} for c in structure.components.values()}
-        self.ignored: dict[str, str] = {}  # name -> remedy
+        self.ignored: dict[str, tuple[tuple[str, str], str]] = {}  # name -> origin of the value, remedy
+        self.used: set[tuple[str, str]] = set()  # origins of values that set something
 
     # -- what a value sets
 
@@ -83,7 +85,7 @@ class _Reader:
         fitting = [p for p in elements if value.name.startswith(f"{p[-1]}.")]
         if not fitting:
             name = value.name.partition(".")[0]
-            self.ignored[str(connector)] = similar(name, [p[-1] for p in elements])
+            self.ignored[str(connector)] = value.origin, similar(name, [p[-1] for p in elements])
             return
         inner = max(fitting, key=lambda p: len(p[-1]))
         rest = replace(value, name=value.name[len(inner[-1]) + 1 :])
@@ -97,7 +99,7 @@ class _Reader:
         component = self.structure.components[connector.path]
         variable = component.archive.variables.get(connector.name)
         if variable is None:
-            self.ignored[str(connector)] = similar(connector.name, component.archive.variables)
+            self.ignored[str(connector)] = value.origin, similar(connector.name, component.archive.variables)
             return
         try:
             factor, offset = self.structure.value_in(connector, variable, value.unit, value.factor, value.offset)
@@ -111,6 +113,7 @@ class _Reader:
             self._set(reached.component, reached.variable, value, reached.factor, reached.offset)
 
     def _set(self, component: str, variable: Variable, value: Value, factor: float, offset: float) -> None:
+        self.used.add(value.origin)
         scaled = value.value
         if (factor, offset) != (1.0, 0.0) and not isinstance(scaled, str):
             scaled = factor * scaled + offset
@@ -118,10 +121,11 @@ class _Reader:
         self.found[component][variable.name] = int(scaled) if whole and float(scaled).is_integer() else scaled
 
     def warn(self) -> None:
-        """Warn once of all names that are ignored."""
-        if self.ignored:
-            names = [f"{name} ({remedy})" for name, remedy in list(self.ignored.items())[:3]]
-            more = f" and {len(self.ignored) - 3} more" if len(self.ignored) > 3 else ""
+        """Warn once of all values that set nothing: of a file that serves several components, those that none has."""
+        ignored = {name: remedy for name, (origin, remedy) in self.ignored.items() if origin not in self.used}
+        if ignored:
+            names = [f"{name} ({remedy})" for name, remedy in list(ignored.items())[:3]]
+            more = f" and {len(ignored) - 3} more" if len(ignored) > 3 else ""
             text = f"{self.archive.path}: no variable has the name of parameter {', '.join(names)}{more}; ignored"
             warnings.warn(text, SceneWarning, stacklevel=2)
 
@@ -137,9 +141,9 @@ class _Reader:
             for root in self._sets(binding, where):
                 units = {**self.structure.definitions, **unit_definitions(self.archive, root)}
                 for parameter in root.iterfind("ssv:Parameters/ssv:Parameter", SPACES):
-                    value = self._value(parameter, prefix, units)
+                    value = self._value(parameter, prefix, units, binding.get("source", where))
                     if mapping is not None and value.name not in mapping:
-                        self.ignored[value.name] = "not in the parameter mapping"
+                        self.ignored[value.name] = value.origin, "not in the parameter mapping"
                     for entry in [_Mapped(value.name)] if mapping is None else mapping.get(value.name, ()):
                         yield self._transformed(value, entry)
 
@@ -168,7 +172,7 @@ class _Reader:
             self.archive.refuse(f"parameters = {chosen!r}", similar(chosen, known))
         return str(other)
 
-    def _value(self, parameter: etree._Element, prefix: str, units: Mapping[str, Unit]) -> Value:
+    def _value(self, parameter: etree._Element, prefix: str, units: Mapping[str, Unit], source: str) -> Value:
         name = prefix + parameter.get("name")
         typed = next((child for child in parameter if local_name(child) != "Annotations"), None)
         if typed is None:
@@ -180,7 +184,7 @@ class _Reader:
         if stated := typed.get("unit"):
             unit = units.get(stated) or Unit(stated)
         try:
-            return Value(name, kind, _scalar(kind, text), unit)
+            return Value(name, kind, _scalar(kind, text), unit, origin=(source, name))
         except ValueError:
             self.archive.refuse(f"Parameter {name}", f"{text!r} is not a value of type {kind}")
 

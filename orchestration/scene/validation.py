@@ -16,7 +16,7 @@ from ..errors import SceneError
 from ..fmi import units
 from ..fmi.archive import Variable, similar
 
-__all__ = ["SHAPES", "SIGNALS", "TIME", "Layer", "flat", "number", "scalar", "signal"]
+__all__ = ["SHAPES", "SIGNALS", "SIGNAL_TYPES", "TIME", "Layer", "flat", "number", "scalar", "signal"]
 
 TIME = Variable("time", 0, "Real", "local", "fixed", "", "s", {"s": 1})
 _ANGLE = Variable("phase", 0, "Real", "local", "fixed", "", "rad", {"rad": 1})
@@ -39,6 +39,7 @@ SHAPES: dict[str, dict[str, tuple[str, float | None]]] = {
     },
 }
 SIGNALS = ("steps", "ramps", *SHAPES)
+SIGNAL_TYPES = (Constant, Steps, Ramps, Sine, Impulse)  # signals that Python hands over as they are
 MAX_PULSES = 100_000  # of a train: two events each, which a run steps to one by one
 MAX_SHOWN = 200  # characters of a value that a message repeats
 
@@ -153,8 +154,12 @@ def signal(layer: Layer, key: str, raw: Any, variable: Variable) -> Signal:
     = {offset, amplitude, period, phase}}, {impulse = {peak, width}}, {pulses = {high, width, period, count}}.
 
     Integer, Boolean and enumeration variables take constants and steps. Raises SceneError."""
+    if isinstance(raw, SIGNAL_TYPES):
+        return raw
     if not isinstance(raw, Mapping):
         return Constant(float(scalar(layer, key, raw, variable)))
+    if variable.type == "String":
+        layer.refuse(key, dict(raw), "the variable is a String, which is constant; give a text")
     if len(raw) != 1 or next(iter(raw)) not in SIGNALS:
         layer.refuse(key, dict(raw), f"not a signal; give a constant or one of {', '.join(SIGNALS)}")
     ((kind, content),) = raw.items()
