@@ -1,10 +1,11 @@
-// A discretisation of the rod together with its integrators, behind one interface: what the model needs of it. An
-// engine keeps no state of its own but scratch; all that survives a step is in the memory handed to it.
+// Interface between the FMU's adapter and a discretisation of the rod with its integrators. An engine keeps nothing but
+// scratch; all that survives a step is in the memory handed to it.
 #pragma once
 
 #include <memory>
 #include <span>
 
+#include "core/status.hpp"
 #include "integration/integrator.hpp"
 #include "physics/data.hpp"
 #include "physics/loads.hpp"
@@ -15,41 +16,47 @@ class Engine {
  public:
   virtual ~Engine() = default;
 
-  /// Of the residual of the whole rod so far, whoever asked for them.
+  /// Evaluations of the residual of the whole rod so far, whatever function asked for them.
   virtual long evaluations() const = 0;
 
-  /// Doubles in `memory` below.
+  /// Number of doubles of the memory below.
   virtual std::size_t memory_size() const = 0;
-  /// Unloaded and at rest.
-  virtual void rest(std::span<double> memory) = 0;
-  /// At rest at the equilibrium of the loads, from the present shape. False: not found, memory as it was.
-  virtual bool settle(std::span<double> memory, const Loads& loads) = 0;
-  /// Advances by h [s]; tolerance is relative. The state belongs to `reached` of the result.
-  virtual Advance step(std::span<double> memory, const Inputs& u, double h, double tolerance) = 0;
-  /// All outputs.
+  /// Sets the memory to the unloaded rod at rest.
+  virtual void set_unloaded(std::span<double> memory) = 0;
+  /// Puts the rod at rest at the equilibrium of the loads, starting from its present shape. On failure the memory is
+  /// unchanged.
+  virtual core::Status solve_equilibrium(std::span<double> memory, const Loads& loads) = 0;
+  /// Advances by h [s]; tolerance is relative. On failure the memory belongs to `reached` of the outcome.
+  virtual StepOutcome step(std::span<double> memory, const Inputs& u, double h, double tolerance) = 0;
+  /// Writes all outputs but `evaluations`.
   virtual void outputs(std::span<double> memory, const Loads& loads, Outputs& y) = 0;
 
-  /// The rate of memory at rest in the equilibrium of loads that change. False: not found.
-  virtual bool drift(std::span<double> /*memory*/, const Loads&, const Loads& /*change*/, std::span<double> /*rate*/) {
+  /// Writes the time derivative of the memory at rest in the equilibrium of loads that change at `change`. False: not
+  /// offered, or singular.
+  virtual bool equilibrium_rate(std::span<double> /*memory*/, const Loads&, const Loads& /*change*/,
+                                std::span<double> /*rate*/) {
     return false;
   }
 
-  // Memory as continuous states and back, for engines that integrate differential equations: strains in the order of
-  // Rod::to_states, their rates likewise, heat of the damping. What this rod lacks is left alone.
+  // Continuous states, for engines that integrate differential equations: strains in the order of Rod::to_states, their
+  // rates likewise, dissipated energy. Coefficients that this rod lacks are 0.
   virtual void get_states(std::span<double> /*memory*/, std::span<double> /*x*/) const {}
   virtual void set_states(std::span<double> /*memory*/, std::span<const double> /*x*/) const {}
-  /// Time derivatives of the states; memory stays as it is. False: there are none that are finite.
-  virtual bool rates(std::span<const double> /*memory*/, const Loads&, std::span<double> /*dx*/) { return false; }
-  /// The derivative of these in the direction dx of the states and `change` of the loads.
+  /// Writes the time derivatives of the states; the memory stays as it is.
+  virtual core::Status rates(std::span<const double> /*memory*/, const Loads&, std::span<double> /*dx*/) {
+    return core::Status::error("this discretisation has no continuous states");
+  }
+  /// Writes the derivative of rates() in the direction dx of the states and `change` of the loads. False: not offered,
+  /// or not finite.
   virtual bool rates_along(std::span<const double> /*memory*/, const Loads&, const Loads& /*change*/,
                            std::span<const double> /*dx*/, std::span<double> /*ddx*/) {
     return false;
   }
 };
 
-/// Strains as polynomials: statics, and all methods but the paper's.
+/// Strain polynomials: statics, and all methods but the paper's.
 std::unique_ptr<Engine> make_strain_engine(const Parameters& p);
-/// The paper's scheme on grid points, dynamics only.
+/// The paper's scheme on grid points (Eqs. 21-25), dynamics only.
 std::unique_ptr<Engine> make_grid_engine(const Parameters& p);
 
 }  // namespace rod

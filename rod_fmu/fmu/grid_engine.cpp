@@ -1,4 +1,4 @@
-// The paper's scheme as an engine.
+// Engine of the paper's scheme on grid points (Eqs. 21-25).
 #include "fmu/engine.hpp"
 #include "pade/grid_rod.hpp"
 
@@ -14,18 +14,18 @@ class GridEngine final : public Engine {
 
   std::size_t memory_size() const override { return GridState::size(rod_.points()); }
 
-  void rest(std::span<double> memory) override {
+  void set_unloaded(std::span<double> memory) override {
     GridState now = state(memory);
-    rod_.straighten(now);
+    rod_.set_unloaded(now);
   }
 
-  bool settle(std::span<double> memory, const Loads& loads) override {
+  bool solve_equilibrium(std::span<double> memory, const Loads& loads) override {
     GridState now = state(memory);
-    return rod_.settle(loads, now, scratch_);
+    return rod_.solve_equilibrium(loads, now, scratch_);
   }
 
-  Advance step(std::span<double> memory, const Inputs& u, double h,
-               double) override {  // its step is the step asked for
+  StepOutcome step(std::span<double> memory, const Inputs& u, double h,
+                   double) override {  // its step is the step asked for
     GridState now = state(memory);
     return rod_.step(u, h, now, scratch_);
   }

@@ -1,3 +1,4 @@
+// Checks of the parameters across rows of the table, and the calls of the FMI runtime passed on to the engine.
 #include "fmu/rod_model.hpp"
 
 #include <algorithm>
@@ -5,8 +6,6 @@
 #include <sstream>
 
 namespace rod {
-
-static_assert(std::is_same_v<Polynomial, fmu::Polynomial>);
 
 namespace {
 
@@ -17,17 +16,17 @@ fmu::Status refuse(const Parts&... parts) {
   return fmu::Status::error(text.str());
 }
 
-constexpr double noticed = 1e-6;     // of Outputs::out_of_plane, what a host is warned of
-constexpr double coincident = 1e-9;  // rad, azimuths
+constexpr double kOutOfPlaneWarning = 1e-6;  // of Outputs::out_of_plane [1]: beyond, the host is warned
+constexpr double kAngleTolerance = 1e-9;     // of azimuths that count as equal [rad], and of other relative differences
 
-/// What keeps a planar rod from staying in its plane whatever the loads.
+/// Fails where section, unloaded shape or TCAs would drive a planar rod out of its plane.
 fmu::Status check_plane(const Parameters& p) {
   const double c = std::cos(p.plane), s = std::sin(p.plane);
   if (p.dynamic && p.method == Method::pade_euler)
     return refuse(
         "planar = true has three strains at most, but method = pade_euler "
         "has all six; choose another method");
-  if (p.body_profile == Profile::given && std::abs(c * s) > coincident)
+  if (p.body_profile == Profile::given && std::abs(c * s) > kAngleTolerance)
     for (int first : {0, 3})
       if (p.body_stiffness[first] != p.body_stiffness[first + 1])
         return refuse("plane = ", p.plane, " rad is no principal plane of the section: body.stiffness[", first + 1,
@@ -36,17 +35,17 @@ fmu::Status check_plane(const Parameters& p) {
                       " differ; set plane to a multiple of pi/2, or planar = false");
   const double across = c * p.body_curvature[0] + s * p.body_curvature[1], twist = p.body_curvature[2];
   const double size = std::hypot(p.body_curvature[0], p.body_curvature[1], p.body_curvature[2]);
-  if (std::abs(across) > coincident * size || std::abs(twist) > coincident * size)
+  if (std::abs(across) > kAngleTolerance * size || std::abs(twist) > kAngleTolerance * size)
     return refuse("body.curvature leaves the plane at azimuth plane = ", p.plane, " rad: ", across, " 1/m across it, ",
                   twist, " 1/m of twist; turn plane, or set planar = false");
-  if (p.tca_law == Law::measured && p.tca_stiffness == 0.0) return {};  // TCAs that do nothing
-  for (std::size_t i = 0; i < tca_count; ++i) {
+  if (p.tca_law == Law::measured && p.tca_stiffness == 0.0) return {};  // TCAs without force
+  for (std::size_t i = 0; i < kTcas; ++i) {
     const auto mirrors = [&](std::size_t j) {
       const double sum = p.tca_azimuth[i] + p.tca_azimuth[j] - 2.0 * p.plane;
-      return std::abs(std::sin(0.5 * sum)) < coincident && std::abs(p.tca_helix[i] + p.tca_helix[j]) < coincident;
+      return std::abs(std::sin(0.5 * sum)) < kAngleTolerance && std::abs(p.tca_helix[i] + p.tca_helix[j]) < kAngleTolerance;
     };
     bool mirrored = false;
-    for (std::size_t j = 0; j < tca_count; ++j) mirrored = mirrored || mirrors(j);
+    for (std::size_t j = 0; j < kTcas; ++j) mirrored = mirrored || mirrors(j);
     if (!mirrored)
       return refuse("TCA ", i + 1, " (tca.azimuth = ", p.tca_azimuth[i], " rad, tca.helix = ", p.tca_helix[i],
                     " rad/m) has no mirror image in the plane at azimuth plane = ", p.plane,
@@ -56,7 +55,7 @@ fmu::Status check_plane(const Parameters& p) {
   return {};
 }
 
-/// What no single row of the table can check.
+/// Fails where parameters contradict each other.
 fmu::Status check(const Parameters& p) {
   if (p.tca_offset >= p.body_radius)
     return refuse("tca.offset = ", p.tca_offset,
@@ -80,34 +79,35 @@ fmu::Status RodModel::build() {
   warned_ = false;
   engine_ = p.dynamic && p.method == Method::pade_euler ? make_grid_engine(p) : make_strain_engine(p);
   memory_.assign(engine_->memory_size() + 1, 0.0);
-  engine_->rest(engine_memory());
+  engine_->set_unloaded(engine_memory());
   return {};
 }
 
-/// call() with its evaluations added to those in the memory.
+/// Returns call() and adds its evaluations of the residual to the count in the memory.
 template <class Call>
 auto RodModel::counted(Call call) {
   const long before = engine_->evaluations();
-  const auto result = call();
+  auto result = call();
   memory_.back() += static_cast<double>(engine_->evaluations() - before);
   return result;
 }
 
 fmu::Status RodModel::initialise(double t) {
-  engine_->rest(engine_memory());
+  engine_->set_unloaded(engine_memory());
   memory_.back() = 0.0;
   if (!data_.parameters.start_at_equilibrium && data_.parameters.dynamic) return {};
-  if (!counted([&] { return engine_->settle(engine_memory(), loads_at(data_.inputs, 0.0)); }))
-    return refuse("no equilibrium found at t = ", t,
-                  " s for the inputs at the start; reduce the loads, or start straight (start_at_equilibrium = false)");
-  return {};
+  fmu::Status status =
+      counted([&] { return engine_->solve_equilibrium(engine_memory(), loads_at(data_.inputs, 0.0)); });
+  if (status.is_ok()) return status;
+  return refuse("t = ", t, " s, at the start: ", status.failure().what,
+                "; reduce the loads, or start unloaded (start_at_equilibrium = false)");
 }
 
 fmu::StepResult RodModel::step(double t, double h) {
-  const Advance advance =
+  StepOutcome outcome =
       counted([&] { return engine_->step(engine_memory(), data_.inputs, h, data_.parameters.tolerance); });
-  if (advance.reached == h) return {t + h, {}};
-  return {t + advance.reached, fmu::Status::discard(advance.trouble)};
+  if (outcome.reached == h) return {t + h, {}};
+  return {t + outcome.reached, std::move(outcome.status)};
 }
 
 fmu::Status RodModel::check_states() const {
@@ -126,9 +126,7 @@ void RodModel::get_states(std::span<double> x) {
 void RodModel::set_states(std::span<const double> x) { engine_->set_states(engine_memory(), x); }
 
 fmu::Status RodModel::rates(double, std::span<double> dx) {
-  const bool found = engine_->rates(engine_memory(), loads_at(data_.inputs, 0.0), dx);
-  return found ? fmu::Status()
-               : fmu::Status::discard("no finite acceleration", "the strains or the loads may be too large");
+  return engine_->rates(engine_memory(), loads_at(data_.inputs, 0.0), dx);
 }
 
 bool RodModel::rates_along(double, std::span<const double> dx, std::span<double> ddx) {
@@ -136,14 +134,14 @@ bool RodModel::rates_along(double, std::span<const double> dx, std::span<double>
 }
 
 bool RodModel::drift(std::span<double> rate) {
-  return !data_.parameters.dynamic && engine_->drift(engine_memory(), loads_at(data_.inputs, 0.0),
+  return !data_.parameters.dynamic && engine_->equilibrium_rate(engine_memory(), loads_at(data_.inputs, 0.0),
                                                      load_rates_at(data_.inputs, 0.0), rate.first(rate.size() - 1));
 }
 
 fmu::Status RodModel::evaluate(double t) {
   engine_->outputs(engine_memory(), loads_at(data_.inputs, 0.0), data_.outputs);
   data_.outputs.evaluations = memory_.back();
-  if (warned_ || !(data_.outputs.out_of_plane > noticed)) return {};
+  if (warned_ || !(data_.outputs.out_of_plane > kOutOfPlaneWarning)) return {};
   warned_ = true;
   std::ostringstream text;
   text << "t = " << t

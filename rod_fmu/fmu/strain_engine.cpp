@@ -1,4 +1,4 @@
-// Strain polynomials and the integrators for them as an engine.
+// Engine of the strain polynomials and their integrators.
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -17,18 +17,18 @@ class StrainEngine final : public Engine {
     if (method_ == Method::bdf) bdf_.emplace(rod_.unknowns());
   }
 
-  long evaluations() const override { return rod_.evaluations(); }
+  long evaluations() const override { return scratch_.evaluations(); }
 
   std::size_t memory_size() const override { return State::size(rod_.unknowns()); }
 
-  void rest(std::span<double> memory) override { std::fill(memory.begin(), memory.end(), 0.0); }
+  void set_unloaded(std::span<double> memory) override { std::fill(memory.begin(), memory.end(), 0.0); }
 
-  bool settle(std::span<double> memory, const Loads& loads) override {
+  core::Status solve_equilibrium(std::span<double> memory, const Loads& loads) override {
     State now = state(memory);
-    return rod::settle(rod_, loads, now, scratch_);
+    return rod::solve_equilibrium(rod_, loads, now, scratch_);
   }
 
-  Advance step(std::span<double> memory, const Inputs& u, double h, double tolerance) override {
+  StepOutcome step(std::span<double> memory, const Inputs& u, double h, double tolerance) override {
     State now = state(memory);
     if (!dynamic_) return step_static(rod_, u, h, now, scratch_);
     switch (method_) {
@@ -49,16 +49,17 @@ class StrainEngine final : public Engine {
 
   void outputs(std::span<double> memory, const Loads& loads, Outputs& y) override {
     const State now = state(memory);
-    rod_.look(now.q.data(), now.v.data(), loads, scratch_.newton.work);
+    rod_.kinematics(now.q.data(), now.v.data(), loads, scratch_.newton.work);
     rod_.outputs(now.q.data(), now.v.data(), loads, scratch_.newton.work, y);
     y.energy_dissipated = now.dissipated;
   }
 
-  bool drift(std::span<double> memory, const Loads& loads, const Loads& change, std::span<double> rate) override {
+  bool equilibrium_rate(std::span<double> memory, const Loads& loads, const Loads& change,
+                        std::span<double> rate) override {
     const State now = state(memory);
-    const Vector still = Vector::Zero(rod_.unknowns());
-    Work& work = scratch_.newton.work;
-    rod_.residual(now.q.data(), still.data(), still.data(), loads, work, scratch_.r);
+    const Vector zero = Vector::Zero(rod_.unknowns());
+    Workspace& work = scratch_.newton.work;
+    rod_.residual(now.q.data(), zero.data(), zero.data(), loads, work, scratch_.r);
     Matrix K;
     rod_.tangent(work, {.q = 1.0}, K);
     Vector dr;
@@ -70,32 +71,32 @@ class StrainEngine final : public Engine {
 
   void get_states(std::span<double> memory, std::span<double> x) const override {
     const State now = state(memory);
-    show(now.q, now.v, now.dissipated, x);
+    write_states(now.q, now.v, now.dissipated, x);
   }
 
   void set_states(std::span<double> memory, std::span<const double> x) const override {
     State now = state(memory);
     rod_.from_states(x.data(), now.q.data());
-    rod_.from_states(x.data() + strain_states, now.v.data());
-    now.dissipated = x[2 * strain_states];
-    now.left = 0.0;
+    rod_.from_states(x.data() + kStrainStates, now.v.data());
+    now.dissipated = x[2 * kStrainStates];
+    now.time_ahead = 0.0;
   }
 
-  bool rates(std::span<const double> memory, const Loads& loads, std::span<double> dx) override {
+  core::Status rates(std::span<const double> memory, const Loads& loads, std::span<double> dx) override {
     copy_.assign(memory.begin(), memory.end());
     State now = state(copy_);
-    if (!accelerate(rod_, loads, now, scratch_)) return false;
-    show(now.v, now.a, rod_.damping().dot(now.v.cwiseAbs2()), dx);
-    return true;
+    core::Status status = solve_acceleration(rod_, loads, now, scratch_);
+    if (status.is_ok()) write_states(now.v, now.a, rod_.damping().dot(now.v.cwiseAbs2()), dx);
+    return status;
   }
 
   bool rates_along(std::span<const double> memory, const Loads& loads, const Loads& change, std::span<const double> dx,
                    std::span<double> ddx) override {
     copy_.assign(memory.begin(), memory.end());
     State now = state(copy_);
-    if (!accelerate(rod_, loads, now, scratch_)) return false;
+    if (!solve_acceleration(rod_, loads, now, scratch_).is_ok()) return false;
     // r(q, v, a, u) = 0 at all times: M da = -(r_q dq + r_v dv + r_u du).
-    Work& work = scratch_.newton.work;
+    Workspace& work = scratch_.newton.work;
     rod_.residual(now.q.data(), now.v.data(), now.a.data(), loads, work, scratch_.r);
     std::vector<double> along(copy_.size());
     set_states(along, dx);
@@ -109,17 +110,18 @@ class StrainEngine final : public Engine {
     r += dr;
     rod_.tangent(work, {.a = 1.0}, J);
     d.a = -J.lu().solve(r);
-    show(d.v, d.a, 2.0 * rod_.damping().cwiseProduct(now.v).dot(d.v), ddx);
+    write_states(d.v, d.a, 2.0 * rod_.damping().cwiseProduct(now.v).dot(d.v), ddx);
     return d.a.allFinite();
   }
 
  private:
   State state(std::span<double> memory) const { return State(memory.data(), rod_.unknowns()); }
 
-  void show(const Eigen::Map<Vector>& first, const Eigen::Map<Vector>& second, double last, std::span<double> x) const {
+  void write_states(const Eigen::Map<Vector>& first, const Eigen::Map<Vector>& second, double last,
+                    std::span<double> x) const {
     rod_.to_states(first.data(), x.data());
-    rod_.to_states(second.data(), x.data() + strain_states);
-    x[2 * strain_states] = last;
+    rod_.to_states(second.data(), x.data() + kStrainStates);
+    x[2 * kStrainStates] = last;
   }
 
   Rod rod_;

@@ -42,10 +42,10 @@ void add_parameters(fmu::Table<rod::Data>& table, const rod::Parameters& p) {
   table.parameter("tca.offset", p.tca_offset, "m", "distance of the TCAs from the centreline")
       .range(0, 1e3)
       .nominal(2.5e-3);
-  for (std::size_t i = 0; i < rod::tca_count; ++i)
+  for (std::size_t i = 0; i < rod::kTcas; ++i)
     table.parameter(fmu::indexed("tca.azimuth", i), p.tca_azimuth[i], "rad", "azimuth of the TCA at the clamp")
         .range(-100 * turn, 100 * turn);
-  for (std::size_t i = 0; i < rod::tca_count; ++i)
+  for (std::size_t i = 0; i < rod::kTcas; ++i)
     table.parameter(fmu::indexed("tca.helix", i), p.tca_helix[i], "rad/m", "twist of the TCA's routing along the rod")
         .range(-1e5, 1e5)
         .nominal(100);
@@ -83,9 +83,9 @@ void add_parameters(fmu::Table<rod::Data>& table, const rod::Parameters& p) {
                   "forces must lie in it, see out_of_plane");
   table.parameter("plane", p.plane, "rad", "azimuth of that plane from the x axis, used when planar")
       .range(-100 * turn, 100 * turn);
-  table.parameter("order", p.order, "", "degree of the strain polynomials").range(0, rod::highest_order);
+  table.parameter("order", p.order, "", "degree of the strain polynomials").range(0, rod::kMaxOrder);
   table.parameter("grid_points", p.grid_points, "", "points along the rod of the method pade_euler")
-      .range(rod::least_grid_points, rod::most_grid_points);
+      .range(rod::kMinGridPoints, rod::kMaxGridPoints);
   table.parameter("dynamic", p.dynamic, "", "false: no inertia and no damping, the shape is the equilibrium");
   table.parameter("start_at_equilibrium", p.start_at_equilibrium, "", "false: straight at rest");
   table.parameter("method", p.method, "", "time integrator; statics use strain polynomials always")
@@ -97,9 +97,9 @@ void add_parameters(fmu::Table<rod::Data>& table, const rod::Parameters& p) {
 }
 
 void add_inputs(fmu::Table<rod::Data>& table, const rod::Inputs& u) {
-  for (std::size_t i = 0; i < rod::tca_count; ++i)
+  for (std::size_t i = 0; i < rod::kTcas; ++i)
     table.input(fmu::indexed("T", i), u.T[i], "K", "mean temperature of the TCA").range(0, 1e5).nominal(300);
-  for (std::size_t i = 0; i < rod::tca_count; ++i)
+  for (std::size_t i = 0; i < rod::kTcas; ++i)
     table
         .input(fmu::indexed("delta_guess", i), u.delta_guess[i], "m",
                "displacement of the TCA, used when closure = exchanged")
@@ -116,11 +116,11 @@ void add_inputs(fmu::Table<rod::Data>& table, const rod::Inputs& u) {
 }
 
 void add_outputs(fmu::Table<rod::Data>& table, const rod::Outputs& y) {
-  for (std::size_t i = 0; i < rod::tca_count; ++i)
+  for (std::size_t i = 0; i < rod::kTcas; ++i)
     table.output(fmu::indexed("delta", i), y.delta[i], y.delta_rate[i], "m", "displacement of the TCA")
         .nominal(1e-3)
         .depends({"strain"});
-  for (std::size_t i = 0; i < rod::tca_count; ++i)
+  for (std::size_t i = 0; i < rod::kTcas; ++i)
     table.output(fmu::indexed("N", i), y.N[i], "N", "tension of the TCA")
         .nominal(0.1)
         .depends({fmu::indexed("T", i), fmu::indexed("delta_guess", i), "strain"});
@@ -165,7 +165,7 @@ void add_outputs(fmu::Table<rod::Data>& table, const rod::Outputs& y) {
               "evaluations of the residual since the start, by steps and equilibria; not those of outputs and "
               "derivatives; a restored state brings back its count")
       .nominal(1e3);
-  for (std::size_t k = 0; k < rod::shape_stations; ++k)
+  for (std::size_t k = 0; k < rod::kShapeStations; ++k)
     for (std::size_t c = 0; c < 3; ++c)
       table
           .output("shape.p[" + std::to_string(k + 1) + "," + std::to_string(c + 1) + "]", y.shape[k][c], "m",
@@ -184,10 +184,10 @@ void add_states(fmu::Table<rod::Data>& table) {
     return std::string(kind[c]) + ", " + axis[c % 3] + (c < 3 ? ", times the length" : "") +
            ": coefficient of the Legendre polynomial of degree " + std::to_string(a);
   };
-  for (std::size_t a = 0; a <= rod::highest_order; ++a)
+  for (std::size_t a = 0; a <= rod::kMaxOrder; ++a)
     for (std::size_t c = 0; c < 6; ++c)
       table.state(name("strain", a, c), "1", "1/s", about(a, c)).nominal(0.1).depends({name("strain_rate", a, c)});
-  for (std::size_t a = 0; a <= rod::highest_order; ++a)
+  for (std::size_t a = 0; a <= rod::kMaxOrder; ++a)
     for (std::size_t c = 0; c < 6; ++c)
       table.state(name("strain_rate", a, c), "1/s", "1/s2", "rate of " + about(a, c))
           .depends({"strain", "strain_rate", "T", "delta_guess", "gravity", "tip_force", "tip_moment"});

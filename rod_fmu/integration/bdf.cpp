@@ -1,3 +1,4 @@
+// Binding of IDA to the rod: residual, Newton matrix and linear solver.
 #include "integration/bdf.hpp"
 
 #include <ida/ida.h>
@@ -12,7 +13,7 @@ namespace rod {
 
 namespace {
 
-constexpr double strain_scale = 0.1;  // strains below this are held to an absolute error
+constexpr double kStrainScale = 0.1;  // strain [1] below which the error is absolute
 
 template <class T>
 T* check(T* made) {
@@ -27,8 +28,9 @@ std::string flag_name(int flag) {
 
 }  // namespace
 
-/// y = (q, v, heat of damping), F = (q. - v, r(q, v, v.), heat. - v^T D v). Newton's matrix is eliminated to r_q + c
-/// r_v + c^2 r_a, c = dF/dy. over dF/dy, as in every method of this folder.
+/// y = (q, v, e) with the dissipated energy e, F = (dq/dt - v, r(q, v, dv/dt), de/dt - v^T D v). Elimination of the
+/// first and last rows reduces the Newton matrix dF/dy + c dF/d(dy/dt) to r_q + c r_v + c^2 r_a, as in the other
+/// methods.
 struct Bdf::Problem {
   explicit Problem(int unknowns) : n(unknowns) {
     if (SUNContext_Create(0, &context) != 0) throw std::bad_alloc();
@@ -71,7 +73,7 @@ struct Bdf::Problem {
     const int n = self.n;
     const double *q = N_VGetArrayPointer(yy), *v = q + n, *qp = N_VGetArrayPointer(yyp), *a = qp + n;
     double* out = N_VGetArrayPointer(f);
-    self.rod->residual(q, v, a, loads_at(*self.u, t), self.work, self.r);
+    self.rod->residual(q, v, a, loads_at(*self.u, t), self.scratch->work, self.r);
     const Eigen::Map<const Vector> rates(v, n);
     Eigen::Map<Vector>(out, n) = Eigen::Map<const Vector>(qp, n) - rates;
     Eigen::Map<Vector>(out + n, n) = self.r;
@@ -84,8 +86,8 @@ struct Bdf::Problem {
     auto& self = *static_cast<Problem*>(user);
     const double *q = N_VGetArrayPointer(yy), *v = q + self.n, *a = N_VGetArrayPointer(yyp) + self.n;
     self.c = c;
-    self.rod->residual(q, v, a, loads_at(*self.u, t), self.linearised, self.r);
-    self.rod->tangent(self.linearised, {1.0, c, c * c}, self.J);
+    self.rod->residual(q, v, a, loads_at(*self.u, t), self.scratch->newton.work, self.r);
+    self.rod->tangent(self.scratch->newton.work, {1.0, c, c * c}, self.J);
     self.lu.compute(self.J);
     self.heat_slope = 2.0 * self.rod->damping().cwiseProduct(Eigen::Map<const Vector>(v, self.n));
     return 0;
@@ -94,7 +96,7 @@ struct Bdf::Problem {
   int solve(double* x, const double* b) {
     b1 = Eigen::Map<const Vector>(b, n);
     b2 = c * b1;
-    rod->rate_derivative(linearised, b1, b2, r);
+    rod->rate_derivative(scratch->newton.work, b1, b2, r);
     r += Eigen::Map<const Vector>(b + n, n);
     Eigen::Map<Vector> xq(x, n), xv(x + n, n);
     const double heat = b[2 * n];
@@ -113,8 +115,8 @@ struct Bdf::Problem {
 
   const Rod* rod = nullptr;
   const Inputs* u = nullptr;
+  Scratch* scratch = nullptr;  // newton.work is at the point of the Newton matrix, work at that of the residual
   double c = 0.0;
-  Work work, linearised;
   Vector r, b1, b2, heat_slope;
   Matrix J;
   Eigen::PartialPivLU<Matrix> lu;
@@ -125,20 +127,21 @@ Bdf::~Bdf() = default;
 Bdf::Bdf(Bdf&&) noexcept = default;
 Bdf& Bdf::operator=(Bdf&&) noexcept = default;
 
-Advance Bdf::step(const Rod& rod, const Inputs& u, double h, double tolerance, State& state, Scratch& scratch) {
+StepOutcome Bdf::step(const Rod& rod, const Inputs& u, double h, double tolerance, State& state, Scratch& scratch) {
   Problem& p = *problem_;
   const int n = p.n;
-  if (!accelerate(rod, loads_at(u, 0.0), state, scratch))
-    return {0.0, "no finite acceleration at the start of the step"};
+  if (core::Status status = solve_acceleration(rod, loads_at(u, 0.0), state, scratch); !status.is_ok())
+    return {0.0, std::move(status)};
   p.rod = &rod;
   p.u = &u;
+  p.scratch = &scratch;
   double *y = N_VGetArrayPointer(p.y), *yp = N_VGetArrayPointer(p.yp), *absolute = N_VGetArrayPointer(p.absolute);
   Eigen::Map<Vector> q(y, n), v(y + n, n), qp(yp, n), a(yp + n, n);
   q = state.q, v = state.v, qp = state.v, a = state.a;
   y[2 * n] = 0.0;
   yp[2 * n] = rod.damping().dot(state.v.cwiseAbs2());
-  Eigen::Map<Vector>(absolute, n).setConstant(tolerance * strain_scale);
-  Eigen::Map<Vector>(absolute + n, n).setConstant(tolerance * strain_scale * rod.first_frequency());
+  Eigen::Map<Vector>(absolute, n).setConstant(tolerance * kStrainScale);
+  Eigen::Map<Vector>(absolute + n, n).setConstant(tolerance * kStrainScale * rod.first_frequency());
   absolute[2 * n] = tolerance * rod.stiffness().mean();
   IDAReInit(p.ida, 0.0, p.y, p.yp);
   IDASVtolerances(p.ida, tolerance, p.absolute);
@@ -146,10 +149,12 @@ Advance Bdf::step(const Rod& rod, const Inputs& u, double h, double tolerance, S
 
   sunrealtype reached = 0.0;
   const int status = IDASolve(p.ida, h, &reached, p.y, p.yp, IDA_NORMAL);
-  if (status < 0 || !q.allFinite() || !v.allFinite()) return {0.0, "SUNDIALS IDA stopped: " + flag_name(status)};
+  if (status < 0 || !q.allFinite() || !v.allFinite())
+    return {0.0,
+            core::Status::discard("SUNDIALS IDA stopped: " + flag_name(status), "reduce the step or the tolerance")};
   state.q = q, state.v = v, state.a = a;
   state.dissipated += y[2 * n];
-  return {h, ""};
+  return {h, {}};
 }
 
 }  // namespace rod

@@ -1,6 +1,6 @@
-// Variable-order, variable-step BDF (SUNDIALS' IDA) on the rod as a system of index 1, for comparison with the one-step
-// methods. A multistep method's history cannot be rolled back cheaply, so every step() starts anew from its state at
-// order one: honest after a restore, and the price of many short communication steps.
+// Variable-order, variable-step BDF (SUNDIALS IDA) on the rod as a system of index 1, for comparison with the one-step
+// methods. The history of a multistep method cannot be rolled back cheaply, so every step() restarts from its state at
+// order one: a restored state gives the same result, and many short communication steps are expensive.
 #pragma once
 
 #include <memory>
@@ -17,8 +17,8 @@ class Bdf {
   Bdf(Bdf&&) noexcept;
   Bdf& operator=(Bdf&&) noexcept;
 
-  /// Advances by h [s] to a relative tolerance; on failure the state is as it was.
-  Advance step(const Rod& rod, const Inputs& u, double h, double tolerance, State& state, Scratch& scratch);
+  /// Advances by h [s] to a relative tolerance; on failure the state is unchanged.
+  StepOutcome step(const Rod& rod, const Inputs& u, double h, double tolerance, State& state, Scratch& scratch);
 
  private:
   struct Problem;

@@ -1,16 +1,17 @@
-// Equilibria, and accelerations of a given motion.
+// Equilibria (r = 0 at rest), and accelerations of a given motion (r is linear in a).
 #include "integration/integrator.hpp"
 
 namespace rod {
 
 namespace {
 
-constexpr double equilibrium_tolerance = 1e-10;  // of the last Newton correction; the error behind it is its square
-constexpr int most_failures = 12;                // of steps while falling
+constexpr double kEquilibriumTolerance = 1e-10;  // of the last Newton correction; the error behind it is its square
+constexpr int kMaxFailures = 12;                 // of steps while falling
 
-/// From x, to the neighbourhood of an equilibrium: backward Euler from rest at every step, with lengths that grow
-/// without bound. The inertia of the first carries the rod over hard ground, the last are Newton steps of statics.
-bool fall(const Rod& rod, const Loads& loads, Scratch& scratch, Vector& x) {
+/// Dynamic relaxation from x towards an equilibrium: backward Euler from rest at every step, with lengths that grow
+/// without bound. Inertia regularises the first steps where the static tangent is singular; the last are Newton steps
+/// of statics.
+bool relax_dynamically(const Rod& rod, const Loads& loads, Scratch& scratch, Vector& x) {
   Stage& stage = scratch.stage;
   const int n = rod.unknowns();
   stage.v.setZero(n);
@@ -23,11 +24,11 @@ bool fall(const Rod& rod, const Loads& loads, Scratch& scratch, Vector& x) {
     stage.q = x;
     stage.weights = {1.0, 1.0 / h, 1.0 / (h * h)};
     change.setZero(n);
-    if (scratch.newton.solve(rod, stage, loads, equilibrium_tolerance, change).converged) {
+    if (scratch.newton.solve(rod, stage, loads, kEquilibriumTolerance, change).converged) {
       x += change;
       h *= 3.0;
     } else {
-      if (++failures > most_failures) return false;
+      if (++failures > kMaxFailures) return false;
       h *= 0.1;
     }
   }
@@ -36,28 +37,31 @@ bool fall(const Rod& rod, const Loads& loads, Scratch& scratch, Vector& x) {
 
 }  // namespace
 
-bool settle(const Rod& rod, const Loads& loads, State& state, Scratch& scratch) {
+core::Status solve_equilibrium(const Rod& rod, const Loads& loads, State& state, Scratch& scratch) {
   Stage& stage = scratch.stage;
   const auto solve = [&] {
     stage.q.setZero(rod.unknowns());
     stage.weights = {.q = 1.0};
     stage.moving = false;
-    return scratch.newton.solve_far(rod, stage, loads, equilibrium_tolerance, scratch.x).converged;
+    return scratch.newton.solve_with_homotopy(rod, stage, loads, kEquilibriumTolerance, scratch.x).converged;
   };
   scratch.x = state.q;
   if (!solve()) {
     scratch.x = state.q;
-    if (!fall(rod, loads, scratch, scratch.x) || !solve()) return false;
+    if (!relax_dynamically(rod, loads, scratch, scratch.x) || !solve())
+      return core::Status::discard("no equilibrium found (Newton's method, homotopy and dynamic relaxation failed)",
+                                   "reduce the loads, or their change in one step");
   }
-  if (!(scratch.x.lpNorm<Eigen::Infinity>() < wildest_strain)) return false;
+  if (!(scratch.x.lpNorm<Eigen::Infinity>() < kMaxStrain))
+    return core::Status::discard("the equilibrium has strains beyond the admissible ones", "reduce the loads");
   state.q = scratch.x;
   state.v.setZero();
   state.a.setZero();
-  state.left = 0.0;
-  return true;
+  state.time_ahead = 0.0;
+  return {};
 }
 
-bool accelerate(const Rod& rod, const Loads& loads, State& state, Scratch& scratch) {
+core::Status solve_acceleration(const Rod& rod, const Loads& loads, State& state, Scratch& scratch) {
   scratch.stage.q = state.q;
   scratch.stage.v = state.v;
   scratch.stage.a.setZero(rod.unknowns());
@@ -65,20 +69,20 @@ bool accelerate(const Rod& rod, const Loads& loads, State& state, Scratch& scrat
   scratch.stage.moving = true;
   scratch.x.setZero(rod.unknowns());
   const NewtonResult result = scratch.newton.solve_linear(rod, scratch.stage, loads, scratch.x);
-  if (!result.converged) return false;
+  if (!result.converged)
+    return core::Status::discard("no finite acceleration", "the strains or the loads may be too large");
   state.a = scratch.x;
-  return true;
+  return {};
 }
 
-Advance step_static(const Rod& rod, const Inputs& u, double h, State& state, Scratch& scratch) {
+StepOutcome step_static(const Rod& rod, const Inputs& u, double h, State& state, Scratch& scratch) {
   const Loads loads = loads_at(u, h);
-  if (settle(rod, loads, state, scratch)) {
-    // The velocity with which the equilibrium moves on: for outputs' rates, without inertia it acts on nothing.
-    scratch.newton.drift(rod, loads, load_rates_at(u, h), scratch.x);
-    state.v = scratch.x;
-    return {h, ""};
-  }
-  return {0.0, "no equilibrium found for the inputs at the end of the step (Newton's method and homotopy failed)"};
+  core::Status status = solve_equilibrium(rod, loads, state, scratch);
+  if (!status.is_ok()) return {0.0, std::move(status)};
+  // The velocity of the moving equilibrium serves the rates of outputs; without inertia it has no other effect.
+  scratch.newton.equilibrium_velocity(rod, loads, load_rates_at(u, h), scratch.x);
+  state.v = scratch.x;
+  return {h, {}};
 }
 
 }  // namespace rod

@@ -1,5 +1,5 @@
-// Implicit one-stage methods whose step is the step asked for. Both are the stage
-//   q = q0 + wq x, v = vb + wv x, a = ab + wa x, solved for x, the change of q over the step.
+// Implicit one-stage methods of fixed step: backward Euler (Eq. 24) and the midpoint rule. Both solve the stage
+//   q = q0 + wq x, v = x/h, a = wa (x - h v0)   for x, the change of q over the step of length h.
 #include "integration/halving.hpp"
 #include "integration/integrator.hpp"
 
@@ -7,9 +7,9 @@ namespace rod {
 
 namespace {
 
-constexpr double newton_tolerance = 1e-11;
+constexpr double kNewtonTolerance = 1e-11;  // of the last correction of the strains [1]
 
-/// A first guess of x that is safe for steps long against the rod's period.
+/// Initial guess of x: Taylor expansion for steps short against the rod's period, else 0.
 void predict(const Rod& rod, double h, const State& state, Vector& x) {
   if (h * rod.first_frequency() < 1.0)
     x = h * state.v + (0.5 * h * h) * state.a;
@@ -17,8 +17,7 @@ void predict(const Rod& rod, double h, const State& state, Vector& x) {
     x.setZero(rod.unknowns());
 }
 
-/// Solves for x, the change of q over a step of length h, with q + wq x, x/h and wa (x - h v) in the balance. True:
-/// found.
+/// Solves the stage for x. Returns whether it converged to admissible strains.
 bool solve(const Rod& rod, const Loads& loads, double h, double wq, double wa, const State& state, Scratch& scratch) {
   Stage& stage = scratch.stage;
   stage.q = state.q;
@@ -27,8 +26,8 @@ bool solve(const Rod& rod, const Loads& loads, double h, double wq, double wa, c
   stage.weights = {wq, 1.0 / h, wa};
   stage.moving = true;
   predict(rod, h, state, scratch.x);
-  return scratch.newton.solve_far(rod, stage, loads, newton_tolerance, scratch.x).converged &&
-         (state.q + scratch.x).lpNorm<Eigen::Infinity>() < wildest_strain;
+  return scratch.newton.solve_with_homotopy(rod, stage, loads, kNewtonTolerance, scratch.x).converged &&
+         (state.q + scratch.x).lpNorm<Eigen::Infinity>() < kMaxStrain;
 }
 
 bool backward_euler(const Rod& rod, const Loads& loads, double h, State& state, Scratch& scratch) {
@@ -52,13 +51,13 @@ bool midpoint(const Rod& rod, const Loads& loads, double h, State& state, Scratc
 
 }  // namespace
 
-Advance step_backward_euler(const Rod& rod, const Inputs& u, double h, State& state, Scratch& scratch) {
+StepOutcome step_backward_euler(const Rod& rod, const Inputs& u, double h, State& state, Scratch& scratch) {
   return advance_halving(h, [&](double from, double length) {
     return backward_euler(rod, loads_at(u, from + length), length, state, scratch);
   });
 }
 
-Advance step_midpoint(const Rod& rod, const Inputs& u, double h, State& state, Scratch& scratch) {
+StepOutcome step_midpoint(const Rod& rod, const Inputs& u, double h, State& state, Scratch& scratch) {
   return advance_halving(h, [&](double from, double length) {
     return midpoint(rod, loads_at(u, from + 0.5 * length), length, state, scratch);
   });

@@ -1,4 +1,4 @@
-// Fixed-step methods: the step asked for, halved where it cannot be made.
+// Step halving for fixed-step methods: the communication step in one piece, or in halves of halves where it fails.
 #pragma once
 
 #include <algorithm>
@@ -8,11 +8,12 @@
 
 namespace rod {
 
-/// Steps of length h/2^k with the smallest k that one_step(from, length) -> bool allows, growing again behind a hard
-/// spot. one_step advances its state from `from` [s after the start], or fails and leaves it as it was.
+/// Makes steps of length h/2^k with the smallest k for which one_step(from, length) -> bool succeeds; the length grows
+/// again after a success. one_step advances its state from `from` [s after the start], or fails and leaves it
+/// unchanged.
 template <class OneStep>
-Advance advance_halving(double h, OneStep&& one_step) {
-  constexpr int most_halvings = 12;
+StepOutcome advance_halving(double h, OneStep&& one_step) {
+  constexpr int kMaxHalvings = 12;  // the shortest step is h/4096
   double done = 0.0, length = h;
   while (done < h) {
     length = std::min(length, h - done);
@@ -22,10 +23,12 @@ Advance advance_halving(double h, OneStep&& one_step) {
       length *= 2.0;
     } else {
       length *= 0.5;
-      if (length < std::ldexp(h, -most_halvings)) return {done, "Newton's method failed for every step length tried"};
+      if (length < std::ldexp(h, -kMaxHalvings))
+        return {done, core::Status::discard("Newton's method failed for every step length tried",
+                                            "reduce the step, or the change of the inputs in it")};
     }
   }
-  return {h, ""};
+  return {h, {}};
 }
 
 }  // namespace rod

@@ -1,3 +1,4 @@
+// Damped Newton iteration and homotopy for one stage.
 #include "integration/newton.hpp"
 
 #include <cmath>
@@ -6,11 +7,11 @@ namespace rod {
 
 namespace {
 
-constexpr int most_iterations = 40;
-constexpr double longest_correction = 1.0;  // of a strain coefficient: about a radian, or a stretch of 100 %
-constexpr double shortest_damping = 1.0 / 1024.0;
+constexpr int kMaxIterations = 40;            // of one solve; convergence takes 3 to 6
+constexpr double kMaxCorrection = 1.0;        // of a strain coefficient [1]: about a radian, or a stretch of 100 %
+constexpr double kMinDamping = 1.0 / 1024.0;  // share of a correction below which backtracking gives up
 
-/// Squared residual, each equation in units of its own stiffness.
+/// Squared norm of the residual, each equation divided by its own stiffness.
 double merit(const Rod& rod, const Vector& r) { return (r.array() / rod.stiffness().array()).square().sum(); }
 
 }  // namespace
@@ -22,7 +23,7 @@ void Newton::residual(const Rod& rod, const Stage& stage, const Loads& loads, co
     a_ = stage.a + stage.weights.a * x;
     rod.residual(q_.data(), v_.data(), a_.data(), loads, work, r_);
   } else {
-    rod.residual(q_.data(), nullptr, nullptr, loads, work, r_);
+    rod.static_residual(q_.data(), loads, work, r_);
   }
   r_ -= target_;
 }
@@ -31,7 +32,7 @@ NewtonResult Newton::iterate(const Rod& rod, const Stage& stage, const Loads& lo
   NewtonResult result;
   residual(rod, stage, loads, x);
   double size = merit(rod, r_);
-  while (result.iterations < most_iterations && std::isfinite(size)) {
+  while (result.iterations < kMaxIterations && std::isfinite(size)) {
     ++result.iterations;
     rod.tangent(work, stage.weights, J_);
     lu_.compute(J_);
@@ -39,7 +40,7 @@ NewtonResult Newton::iterate(const Rod& rod, const Stage& stage, const Loads& lo
     result.correction = stage.weights.q * change_.lpNorm<Eigen::Infinity>();
     if (!std::isfinite(result.correction)) return result;
 
-    double damping = std::min(1.0, longest_correction / result.correction);
+    double damping = std::min(1.0, kMaxCorrection / result.correction);
     for (;; damping *= 0.5) {
       trial_ = x - damping * change_;
       residual(rod, stage, loads, trial_);
@@ -49,7 +50,7 @@ NewtonResult Newton::iterate(const Rod& rod, const Stage& stage, const Loads& lo
         size = trial_size;
         break;
       }
-      if (damping < shortest_damping) return result;
+      if (damping < kMinDamping) return result;
     }
     if (damping == 1.0 && result.correction <= tolerance) {
       result.converged = true;
@@ -73,24 +74,25 @@ NewtonResult Newton::solve_linear(const Rod& rod, const Stage& stage, const Load
   return {.converged = x.allFinite(), .iterations = 1};
 }
 
-NewtonResult Newton::solve_far(const Rod& rod, const Stage& stage, const Loads& loads, double tolerance, Vector& x) {
+NewtonResult Newton::solve_with_homotopy(const Rod& rod, const Stage& stage, const Loads& loads, double tolerance,
+                                         Vector& x) {
   const Vector start = x;
   NewtonResult result = solve(rod, stage, loads, tolerance, x);
   if (result.converged) return result;
 
-  Vector whole, here = start;
+  Vector full_residual, solution = start;
   residual(rod, stage, loads, start);  // target_ is null here
-  whole = r_;
-  double done = 0.0, step = 0.25;
+  full_residual = r_;
+  double done = 0.0, step = 0.25;  // of the homotopy parameter s
   while (done < 1.0 && step > 1e-4) {
     const double next = std::min(1.0, done + step);
-    target_ = (1.0 - next) * whole;
-    x = here;
-    const NewtonResult stretch = iterate(rod, stage, loads, tolerance, x);
-    result.iterations += stretch.iterations;
-    result.correction = stretch.correction;
-    if (stretch.converged) {
-      here = x;
+    target_ = (1.0 - next) * full_residual;
+    x = solution;
+    const NewtonResult part = iterate(rod, stage, loads, tolerance, x);
+    result.iterations += part.iterations;
+    result.correction = part.correction;
+    if (part.converged) {
+      solution = x;
       done = next;
       step *= 2.0;
     } else {
@@ -101,7 +103,7 @@ NewtonResult Newton::solve_far(const Rod& rod, const Stage& stage, const Loads& 
   return result;
 }
 
-void Newton::drift(const Rod& rod, const Loads& loads, const Loads& rates, Vector& v) {
+void Newton::equilibrium_velocity(const Rod& rod, const Loads& loads, const Loads& rates, Vector& v) {
   rod.load_derivative(work, loads, rates, r_);
   v = -lu_.solve(r_);  // factored at the last iterate, which differs from the solution by less than the tolerance
 }

@@ -1,5 +1,5 @@
-// Newton's method for one stage: find x with r(q + wq x, v + wv x, a + wa x) = 0, damped by backtracking, and helped by
-// homotopy where the start is far. Statics is the stage with wv = wa = 0 and no velocities.
+// Newton's method for one stage: find x with r(q + wq x, v + wv x, a + wa x) = 0, damped by backtracking, with a
+// homotopy from a far start. Statics is the stage with wv = wa = 0 and no velocities.
 #pragma once
 
 #include <Eigen/LU>
@@ -8,35 +8,36 @@
 
 namespace rod {
 
-/// A point that the unknown x moves: at x = 0 (q, v, a), along x by the weights.
+/// A point that moves with the unknown x: (q, v, a) at x = 0, by the weights along x.
 struct Stage {
   Vector q, v, a;
   Weights weights;
-  bool moving = true;
+  bool moving = true;  // false: statics, v and a are not used
 };
 
 struct NewtonResult {
   bool converged = false;
   int iterations = 0;
-  double correction = 0.0;  // the last one, largest component, dimensionless strain
+  double correction = 0.0;  // largest component of the last correction, as a strain [1]
 };
 
-/// Workspace for solves with this rod; no allocation after construction.
+/// Workspace for solves with one rod; no allocation after construction.
 class Newton {
  public:
   /// Solves from x (in and out). `tolerance` bounds the last correction of the strains. On failure x is unspecified.
   NewtonResult solve(const Rod& rod, const Stage& stage, const Loads& loads, double tolerance, Vector& x);
 
-  /// As solve, but when Newton fails from x it follows r - (1 - s) r(x) = 0 from s = 0 to 1.
-  NewtonResult solve_far(const Rod& rod, const Stage& stage, const Loads& loads, double tolerance, Vector& x);
+  /// As solve(); where Newton's method fails from x, follows r - (1 - s) r(x) = 0 from s = 0 to 1.
+  NewtonResult solve_with_homotopy(const Rod& rod, const Stage& stage, const Loads& loads, double tolerance, Vector& x);
 
-  /// For a stage in which r is linear in x: one step.
+  /// One step, for a stage in which r is linear in x.
   NewtonResult solve_linear(const Rod& rod, const Stage& stage, const Loads& loads, Vector& x);
 
-  /// The rate v of a solution just found by solve() or solve_far() of statics, for loads that change: K v = -dr/dt.
-  void drift(const Rod& rod, const Loads& loads, const Loads& rates, Vector& v);
+  /// Writes the velocity v with which an equilibrium moves under changing loads, K v = -dr/dt. The last call must have
+  /// been a successful solve() or solve_with_homotopy() of statics.
+  void equilibrium_velocity(const Rod& rod, const Loads& loads, const Loads& rates, Vector& v);
 
-  Work work;  // of the last residual evaluated
+  Workspace work;  // of the last residual
 
  private:
   void residual(const Rod& rod, const Stage& stage, const Loads& loads, const Vector& x);

@@ -1,4 +1,4 @@
-// What the world sees of a rod: pose, shape, displacements and energies.
+// Outputs of a rod: pose (Eq. 5), velocity (Eq. 6), shape, displacements (Eq. 17), tensions (Eq. 4) and energies.
 #include <algorithm>
 #include <cmath>
 
@@ -21,72 +21,73 @@ Triple euler_angles(const Rotation<double>& R) {
           std::atan2(-R.row0.y, R.row0.x)};
 }
 
-void Rod::outputs(const double* q, const double* v, const Loads& loads, const Work& w, Outputs& y) const {
-  const Quadrature& grid = *build_.grid;
+void Rod::outputs(const double* q, const double* v, const Loads& loads, const Workspace& w, Outputs& y) const {
+  const Quadrature& grid = *constants_.grid;
   const int n = unknowns();
   const Eigen::Map<const Vector> strains(q, n), rates(v, n);
 
-  for (std::size_t m = 0; m < shape_stations; ++m)
-    y.shape[m] = triple(length() * frame_.out(total(grid.stations[m], w.l)));
+  for (std::size_t m = 0; m < kShapeStations; ++m)
+    y.shape[m] = triple(length() * frame_.from_frame(weighted_sum(grid.stations[m], w.l)));
   y.tip_p = y.shape.back();
   y.tip_quaternion = w.tip_quaternion;
-  if (build_.planar) {
-    const double half = 0.5 * (q[0] + build_.kappa.y);  // polynomials of higher degree do not turn the tip
+  if (constants_.planar) {
+    const double half = 0.5 * (q[0] + constants_.kappa.y);  // polynomials of higher degree do not turn the tip
     y.tip_quaternion = {std::cos(half), -frame_.sine * std::sin(half), frame_.cosine * std::sin(half), 0.0};
   }
   y.tip_euler =
       euler_angles(rotation(y.tip_quaternion[0], y.tip_quaternion[1], y.tip_quaternion[2], y.tip_quaternion[3]));
-  Field tip_rate;
+  VectorField tip_rate;
   for (int p = 0; p < grid.packs; ++p) tip_rate.set(p, cross(w.omega[p], w.l[p]) + w.l1[p]);
-  y.tip_v = triple(length() * frame_.out(total(grid.w, tip_rate)));
+  y.tip_v = triple(length() * frame_.from_frame(weighted_sum(grid.w, tip_rate)));
 
   y.energy_elastic = 0.5 * stiffness_.dot(strains.cwiseAbs2());
-  Lane kinetic, height;
-  const Vec3 gravity = frame_.in(loads.gravity);
+  ScalarField kinetic, height;
+  const Vec3 gravity = frame_.to_frame(loads.gravity);
   for (int k = 0; k < grid.nodes; ++k) {
     const Vec3 velocity = length() * w.velocity.at(k), spin = w.omega_body.at(k);
     kinetic[k] = section_.mass * dot(velocity, velocity) + dot(spin, scale(section_.inertia, spin));
     height[k] = (1.0 - grid.s[k]) * dot(gravity, w.l.at(k));  // int_0^L g.p ds by parts
   }
-  y.energy_kinetic = 0.5 * length() * total(grid.w, kinetic);
-  y.energy_gravity = -section_.mass * length() * length() * total(grid.w, height);
+  y.energy_kinetic = 0.5 * length() * weighted_sum(grid.w, kinetic);
+  y.energy_gravity = -section_.mass * length() * length() * weighted_sum(grid.w, height);
   y.energy_tca = 0.0;
-  for (std::size_t i = 0; i < tca_count; ++i) {
+  for (std::size_t i = 0; i < kTcas; ++i) {
     y.delta[i] = w.delta[i];
     y.delta_rate[i] = w.b[i].dot(rates);
     y.N[i] = w.tension[i].value;
     y.energy_tca += law_.energy(closure_ == Closure::inside ? w.delta[i] : loads.delta_guess[i], loads.T[i]);
   }
-  y.out_of_plane = build_.planar ? out_of_plane(loads, w) : 0.0;
+  y.out_of_plane = constants_.planar ? out_of_plane(loads, w) : 0.0;
 }
 
-double Rod::out_of_plane(const Loads& loads, const Work& w) const {
+double Rod::out_of_plane(const Loads& loads, const Workspace& w) const {
   // The balance of a section again, now of the components that the plane leaves out, at the strains of the plane.
-  const Quadrature& grid = *build_.grid;
-  const Loads turned = loads.seen_from(frame_);
-  const double weight = build_.mass * length() * length() * turned.gravity.y;
-  Along<Triad<Pack>, most_packs> n{}, m{};
-  if (turned.gravity.y != 0.0 || turned.tip_force.y != 0.0) {
+  const Quadrature& grid = *constants_.grid;
+  const Loads legendre_integral = loads.seen_from(frame_);
+  const double weight = constants_.mass * length() * length() * legendre_integral.gravity.y;
+  NodeArray<Triad<Pack>, kMaxPacks> n{}, m{};
+  if (legendre_integral.gravity.y != 0.0 || legendre_integral.tip_force.y != 0.0) {
     for (int p = 0; p < grid.packs; ++p) {
-      n[p].y = length() * turned.tip_force.y + (1.0 - grid.s.pack[p]) * weight;
+      n[p].y = length() * legendre_integral.tip_force.y + (1.0 - grid.s.pack[p]) * weight;
       m[p] = cross(w.l[p], n[p]);
     }
     m = integral(grid.adjoint, m);
   }
-  Field couple, force;
+  VectorField couple, force;
   for (int p = 0; p < grid.packs; ++p) {
-    couple.set(p, back(w.R[p], m[p] + spread({turned.tip_moment.x, 0.0, turned.tip_moment.z})));
+    couple.set(p, transpose_times(
+                      w.R[p], m[p] + broadcast({legendre_integral.tip_moment.x, 0.0, legendre_integral.tip_moment.z})));
     force.set(p, n[p]);
-    for (std::size_t i = 0; i < tca_count; ++i) {
-      const double pull = length() * w.tension[i].value;
-      couple.set(p, couple[p] - pull * w.arm[i][p]);
-      force.set(p, force[p] - pull * w.t[i][p]);
+    for (std::size_t i = 0; i < kTcas; ++i) {
+      const double tension = length() * w.tension[i].value;
+      couple.set(p, couple[p] - tension * w.arm[i][p]);
+      force.set(p, force[p] - tension * w.t[i][p]);
     }
   }
   double worst = 0.0;
-  for (int c : left_out_)
+  for (int c : excluded_components_)
     for (int k = 0; k < grid.nodes; ++k)
-      worst = std::max(worst, std::abs(lane(c < 3 ? couple : force, c % 3)[k]) / stiffness_per_strain(c));
+      worst = std::max(worst, std::abs(component(c < 3 ? couple : force, c % 3)[k]) / stiffness_per_strain(c));
   return worst;
 }
 

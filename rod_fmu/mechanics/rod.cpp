@@ -1,4 +1,5 @@
-// Construction, and what surrounds the loops over nodes: the TCAs' law, the body's stiffness and damping.
+// Construction of a rod, and the terms of its equations that need no loop over nodes: stiffness and damping of the body
+// (Eqs. 9-13), tensions of the TCAs (Eqs. 4 and 14).
 #include "mechanics/rod.hpp"
 
 #include <algorithm>
@@ -29,45 +30,45 @@ bool leaves_plane(int c) { return c == 0 || c == 2 || c == 4; }
 
 }  // namespace
 
-Rod::Rod(const Parameters& p, const Section& given)
+Rod::Rod(const Parameters& p, const Section& section)
     : frame_(p.planar ? Frame{std::cos(p.plane), std::sin(p.plane)} : Frame{}),
-      section_(given.seen_from(frame_)),
+      section_(section.seen_from(frame_)),
       law_(p),
       closure_(p.closure) {
   const Quadrature& grid = quadrature(p.order);
   const auto& reference = section_.reference;
-  build_.grid = &grid;
-  build_.planar = p.planar;
-  build_.length = p.body_length;
-  build_.mass = section_.mass;
-  build_.inertia = section_.inertia;
-  build_.kappa = p.body_length * Vec3{reference[0], reference[1], reference[2]};
-  build_.lambda = {reference[3], reference[4], reference[5]};
-  build_.terms = p.order + 1;
-  for (int c : components_of(p.strains)) (p.planar && leaves_plane(c) ? left_out_ : components_).push_back(c);
-  build_.count = static_cast<int>(components_.size());
-  std::ranges::copy(components_, build_.components.begin());
+  constants_.grid = &grid;
+  constants_.planar = p.planar;
+  constants_.length = p.body_length;
+  constants_.mass = section_.mass;
+  constants_.inertia = section_.inertia;
+  constants_.kappa = p.body_length * Vec3{reference[0], reference[1], reference[2]};
+  constants_.lambda = {reference[3], reference[4], reference[5]};
+  constants_.terms = p.order + 1;
+  for (int c : components_of(p.strains))
+    (p.planar && leaves_plane(c) ? excluded_components_ : components_).push_back(c);
+  constants_.count = static_cast<int>(components_.size());
+  std::ranges::copy(components_, constants_.components.begin());
 
   stiffness_.resize(unknowns());
   int at = 0;
-  for (int a = 0; a < build_.terms; ++a)
+  for (int a = 0; a < constants_.terms; ++a)
     for (int c : components_) stiffness_[at++] = stiffness_per_strain(c) / (2 * a + 1);  // int P_a^2 = 1/(2a + 1)
   damping_ = section_.retardation * stiffness_;
 
-  for (std::size_t i = 0; i < tca_count; ++i)
+  for (std::size_t i = 0; i < kTcas; ++i)
     for (int k = 0; k < grid.nodes; ++k) {
       const double angle = p.tca_azimuth[i] + p.tca_helix[i] * p.body_length * grid.s[k];
-      const Vec3 direction = frame_.in(Vec3{std::cos(angle), std::sin(angle), 0.0});
+      const Vec3 direction = frame_.to_frame(Vec3{std::cos(angle), std::sin(angle), 0.0});
       const Vec3 r = (p.tca_offset / p.body_length) * direction;
       const Vec3 slope = (p.tca_helix[i] * p.tca_offset) * Vec3{-direction.y, direction.x, 0.0};
-      build_.offset[i].put(k, r);
-      build_.slope[i].put(k, slope);
-      const Vec3 u = build_.lambda + cross(build_.kappa, r) + slope;
+      constants_.offset[i].put(k, r);
+      constants_.slope[i].put(k, slope);
+      const Vec3 u = constants_.lambda + cross(constants_.kappa, r) + slope;
       reference_path_[i] += grid.w[k] * std::sqrt(dot(u, u));
     }
-  residual_ = residual_loop(build_);
-  tangent_ = tangent_loop(build_);
-  rates_ = rate_loop(build_);
+  residual_loops_ = residual_loops(constants_);
+  tangent_loops_ = tangent_loops(constants_);
 }
 
 double Rod::first_frequency() const {
@@ -75,74 +76,91 @@ double Rod::first_frequency() const {
   return 3.516 * std::sqrt(EI / section_.mass) / (length() * length());
 }
 
-void Rod::residual(const double* q, const double* v, const double* a, const Loads& loads, Work& work, Vector& r) const {
-  ++evaluations_;
+void Rod::residual(const double* q, const double* v, const double* a, const Loads& loads, Workspace& work,
+                   Vector& r) const {
+  ++work.evaluations;
   const int n = unknowns();
   r.resize(n);
-  go_along(q, v, a, loads, work, r.data());
+  residual_loops_.dynamics(constants_, q, v, a, loads.seen_from(frame_), work, r.data(), gradients(work));
+  pull_tcas(loads, work);
   r += stiffness_.cwiseProduct(Eigen::Map<const Vector>(q, n));
-  if (work.moving) r += damping_.cwiseProduct(Eigen::Map<const Vector>(v, n));
-  for (std::size_t i = 0; i < tca_count; ++i) r += work.tension[i].value * work.b[i];
+  r += damping_.cwiseProduct(Eigen::Map<const Vector>(v, n));
+  for (std::size_t i = 0; i < kTcas; ++i) r += work.tension[i].value * work.b[i];
 }
 
-void Rod::look(const double* q, const double* v, const Loads& loads, Work& work) const {
-  go_along(q, v, nullptr, loads, work, nullptr);
+void Rod::static_residual(const double* q, const Loads& loads, Workspace& work, Vector& r) const {
+  ++work.evaluations;
+  const int n = unknowns();
+  r.resize(n);
+  residual_loops_.statics(constants_, q, loads.seen_from(frame_), work, r.data(), gradients(work));
+  pull_tcas(loads, work);
+  r += stiffness_.cwiseProduct(Eigen::Map<const Vector>(q, n));
+  for (std::size_t i = 0; i < kTcas; ++i) r += work.tension[i].value * work.b[i];
 }
 
-void Rod::go_along(const double* q, const double* v, const double* a, const Loads& loads, Work& work, double* r) const {
-  std::array<double*, tca_count> b;
-  for (std::size_t i = 0; i < tca_count; ++i) {
+void Rod::kinematics(const double* q, const double* v, const Loads& loads, Workspace& work) const {
+  residual_loops_.kinematics(constants_, q, v, work, gradients(work));
+  pull_tcas(loads, work);
+}
+
+Gradients Rod::gradients(Workspace& work) const {
+  Gradients b;
+  for (std::size_t i = 0; i < kTcas; ++i) {
     work.b[i].resize(unknowns());
     b[i] = work.b[i].data();
   }
-  residual_(build_, q, v, a, loads.seen_from(frame_), work, r, b);
-  for (std::size_t i = 0; i < tca_count; ++i) {
-    const bool inside = closure_ == Closure::inside;
+  return b;
+}
+
+void Rod::pull_tcas(const Loads& loads, Workspace& work) const {
+  const bool inside = closure_ == Closure::inside;
+  for (std::size_t i = 0; i < kTcas; ++i) {
     work.delta[i] = length() * (work.path[i] - reference_path_[i]);
     work.tension[i] = law_.tension(inside ? work.delta[i] : loads.delta_guess[i], loads.T[i]);
     if (!inside) work.tension[i].per_delta = 0.0;  // the force does not follow this rod's own displacement
   }
 }
 
-void Rod::tangent(const Work& work, const Weights& weights, Matrix& J) const {
+void Rod::tangent(const Workspace& work, const Weights& weights, Matrix& J) const {
   J.resize(unknowns(), unknowns());
-  PerTca<double> pull;
-  for (std::size_t i = 0; i < tca_count; ++i) pull[i] = work.tension[i].value;
-  tangent_(build_, work, {weights.q, weights.v, weights.a}, pull, J.data());
+  PerTca<double> tension;
+  for (std::size_t i = 0; i < kTcas; ++i) tension[i] = work.tension[i].value;
+  tangent_loops_.tangent(constants_, work, {weights.q, weights.v, weights.a}, tension, J.data());
   J.diagonal() += weights.q * stiffness_ + weights.v * damping_;
-  for (std::size_t i = 0; i < tca_count; ++i)
+  for (std::size_t i = 0; i < kTcas; ++i)
     if (work.tension[i].per_delta != 0.0)
       J.noalias() += (weights.q * work.tension[i].per_delta) * work.b[i] * work.b[i].transpose();
 }
 
-void Rod::rate_derivative(const Work& work, const Vector& dv, const Vector& da, Vector& dr) const {
+void Rod::rate_derivative(const Workspace& work, const Vector& dv, const Vector& da, Vector& dr) const {
   dr.resize(unknowns());
-  rates_(build_, work, dv.data(), da.data(), dr.data());
+  tangent_loops_.rate(constants_, work, dv.data(), da.data(), dr.data());
   dr += damping_.cwiseProduct(dv);
 }
 
-void Rod::load_derivative(const Work& work, const Loads& loads, const Loads& rates, Vector& dr) const {
-  const Loads turned = rates.seen_from(frame_);
+void Rod::load_derivative(const Workspace& work, const Loads& loads, const Loads& rates, Vector& dr) const {
+  const Loads legendre_integral = rates.seen_from(frame_);
   dr.setZero(unknowns());
-  const auto still = [](const Vec3& a) { return a.x == 0.0 && a.y == 0.0 && a.z == 0.0; };
-  if (!still(turned.gravity) || !still(turned.tip_force) || !still(turned.tip_moment)) {
-    const Quadrature& grid = *build_.grid;
-    const Vec3 weight = (build_.mass * length() * length()) * turned.gravity;
-    Along<Triad<Pack>, most_packs> n, m;
-    for (int p = 0; p < most_packs; ++p) {
-      n[p] = spread(length() * turned.tip_force) + (1.0 - grid.s.pack[p]) * spread(weight);
+  const auto is_zero = [](const Vec3& a) { return a.x == 0.0 && a.y == 0.0 && a.z == 0.0; };
+  if (!is_zero(legendre_integral.gravity) || !is_zero(legendre_integral.tip_force) ||
+      !is_zero(legendre_integral.tip_moment)) {
+    const Quadrature& grid = *constants_.grid;
+    const Vec3 weight = (constants_.mass * length() * length()) * legendre_integral.gravity;
+    NodeArray<Triad<Pack>, kMaxPacks> n, m;
+    for (int p = 0; p < kMaxPacks; ++p) {
+      n[p] = broadcast(length() * legendre_integral.tip_force) + (1.0 - grid.s.pack[p]) * broadcast(weight);
       m[p] = cross(work.l[p], n[p]);
     }
     m = integral(grid.adjoint, m);
-    Field couple, force;
-    for (int p = 0; p < most_packs; ++p) {
+    VectorField couple, force;
+    for (int p = 0; p < kMaxPacks; ++p) {
       const Rotation<Pack> R = work.R[p];
-      couple.set(p, back(R, m[p] + spread(turned.tip_moment)));
-      force.set(p, back(R, n[p]));
+      couple.set(p, transpose_times(R, m[p] + broadcast(legendre_integral.tip_moment)));
+      force.set(p, transpose_times(R, n[p]));
     }
-    moments<most_packs>(build_, couple, force, -1.0, dr.data());
+    project<kMaxPacks>(constants_, couple, force, -1.0, dr.data());
   }
-  for (std::size_t i = 0; i < tca_count; ++i) {
+  for (std::size_t i = 0; i < kTcas; ++i) {
     const Tension guessed = law_.tension(loads.delta_guess[i], loads.T[i]);
     const double rate = closure_ == Closure::inside
                             ? work.tension[i].per_T * rates.T[i]
@@ -152,21 +170,21 @@ void Rod::load_derivative(const Work& work, const Loads& loads, const Loads& rat
 }
 
 void Rod::to_states(const double* unknowns, double* states) const {
-  for (int a = 0; a < build_.terms; ++a, states += 6) {
+  for (int a = 0; a < constants_.terms; ++a, states += 6) {
     std::array<double, 6> own{};
     for (int c : components_) own[c] = *unknowns++;
     for (int first : {0, 3}) {
-      const Vec3 seen = frame_.out({own[first], own[first + 1], own[first + 2]});
+      const Vec3 seen = frame_.from_frame({own[first], own[first + 1], own[first + 2]});
       states[first] = seen.x, states[first + 1] = seen.y, states[first + 2] = seen.z;
     }
   }
 }
 
 void Rod::from_states(const double* states, double* unknowns) const {
-  for (int a = 0; a < build_.terms; ++a, states += 6)
+  for (int a = 0; a < constants_.terms; ++a, states += 6)
     for (int c : components_) {
       const int first = c / 3 * 3;
-      const Vec3 own = frame_.in(Vec3{states[first], states[first + 1], states[first + 2]});
+      const Vec3 own = frame_.to_frame(Vec3{states[first], states[first + 1], states[first + 2]});
       *unknowns++ = c % 3 == 0 ? own.x : c % 3 == 1 ? own.y : own.z;
     }
 }

@@ -1,5 +1,5 @@
-// Where a rod moves: in space, or in the plane x-z of its frame. The loops over nodes are written once for both and for
-// every number of nodes; here are the kinds of vectors that each has, and how a rod gets its loop.
+// Types of the vectors of a rod that moves in space, or in the plane x-z of its frame. The loops over nodes are written
+// once for both and for every number of nodes; select_loop() finds the ones of a rod.
 #pragma once
 
 #include <stdexcept>
@@ -13,8 +13,8 @@ struct Spatial {
   static constexpr bool planar = false;
   using Linear = Triad<Pack>;   // positions, forces
   using Angular = Triad<Pack>;  // rotations, couples
-  ROD_INLINE static auto turn(const RotationField& R, int p) {
-    return Rows<Linear>{take<Linear>(R.row0, p), take<Linear>(R.row1, p), take<Linear>(R.row2, p)};
+  ROD_INLINE static auto rotation_at(const RotationField& R, int p) {
+    return Rows<Linear>{restrict_to<Linear>(R.row0, p), restrict_to<Linear>(R.row1, p), restrict_to<Linear>(R.row2, p)};
   }
 };
 
@@ -22,24 +22,25 @@ struct Planar {
   static constexpr bool planar = true;
   using Linear = Triad<Pack, Zero, Pack>;
   using Angular = Triad<Zero, Pack, Zero>;
-  ROD_INLINE static auto turn(const RotationField& R, int p) {
-    return Rows<Linear, Angular, Linear>{take<Linear>(R.row0, p), take<Angular>(R.row1, p), take<Linear>(R.row2, p)};
+  ROD_INLINE static auto rotation_at(const RotationField& R, int p) {
+    return Rows<Linear, Angular, Linear>{restrict_to<Linear>(R.row0, p), restrict_to<Angular>(R.row1, p),
+                                         restrict_to<Linear>(R.row2, p)};
   }
 };
 
-/// Vectors in a section.
+/// Vectors in the plane of a section, such as the offset of a TCA.
 using InSection = Triad<Pack, Pack, Zero>;
 
-/// Family::of<Space, packs>() for this build.
+/// Family::of<Space, packs>() for this rod.
 template <class Family>
-auto choose(const Build& build) {
-  switch (build.grid->packs) {
+auto select_loop(const RodConstants& rod) {
+  switch (rod.grid->packs) {
     case 3:
-      return build.planar ? Family::template of<Planar, 3>() : Family::template of<Spatial, 3>();
+      return rod.planar ? Family::template of<Planar, 3>() : Family::template of<Spatial, 3>();
     case 4:
-      return build.planar ? Family::template of<Planar, 4>() : Family::template of<Spatial, 4>();
+      return rod.planar ? Family::template of<Planar, 4>() : Family::template of<Spatial, 4>();
     case 5:
-      return build.planar ? Family::template of<Planar, 5>() : Family::template of<Spatial, 5>();
+      return rod.planar ? Family::template of<Planar, 5>() : Family::template of<Spatial, 5>();
   }
   throw std::logic_error("no loops for this number of nodes");
 }

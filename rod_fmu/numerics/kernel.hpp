@@ -1,5 +1,5 @@
-// How the loops over nodes are compiled: one copy for each generation of x86-64 vector units, chosen when the library
-// is loaded, so that one portable binary is fast everywhere.
+// Dispatch of the loops over nodes: each is compiled twice, with and without AVX2 and FMA, and the processor decides
+// which is called, so that one portable binary is fast everywhere. Also integrals and sums over the nodes.
 #pragma once
 
 #include <array>
@@ -12,33 +12,33 @@
 namespace rod {
 
 #ifdef __x86_64__
-inline const bool has_wide_units = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
+inline const bool has_avx2 = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
 #endif
 
 /// fastest<kernel>(arguments...) is kernel(arguments...) for an inlined kernel, with AVX2 and FMA where there are any.
 /// The choice is made here because the loader of Windows makes none.
 template <auto kernel>
-struct Fastest;
+struct Dispatch;
 
 template <class Result, class... Arguments, Result (*kernel)(Arguments...)>
-struct Fastest<kernel> {
+struct Dispatch<kernel> {
 #ifdef __x86_64__
-  __attribute__((target("avx2,fma"))) static Result wide(Arguments... arguments) { return kernel(arguments...); }
-  static Result plain(Arguments... arguments) { return kernel(arguments...); }
-  static Result run(Arguments... arguments) { return has_wide_units ? wide(arguments...) : plain(arguments...); }
+  __attribute__((target("avx2,fma"))) static Result avx2(Arguments... arguments) { return kernel(arguments...); }
+  static Result portable(Arguments... arguments) { return kernel(arguments...); }
+  static Result call(Arguments... arguments) { return has_avx2 ? avx2(arguments...) : portable(arguments...); }
 #else
-  static Result run(Arguments... arguments) { return kernel(arguments...); }
+  static Result call(Arguments... arguments) { return kernel(arguments...); }
 #endif
 };
 
 template <auto kernel>
-inline constexpr auto fastest = &Fastest<kernel>::run;
+inline constexpr auto dispatch = &Dispatch<kernel>::call;
 
-/// A vector at every node of a kernel's own, with the components that V has.
+/// A local array of a kernel: a vector of type V at every node.
 template <class V, std::size_t packs>
-using Along = std::array<V, packs>;
+using NodeArray = std::array<V, packs>;
 
-ROD_INLINE Pack root(const Pack& square) {
+ROD_INLINE Pack square_root(const Pack& square) {
   return Pack{std::sqrt(square[0]), std::sqrt(square[1]), std::sqrt(square[2]), std::sqrt(square[3])};
 }
 
@@ -47,13 +47,13 @@ ROD_INLINE double at(const Pack& a, int k) { return a[k]; }
 ROD_INLINE Zero at(Zero, int) { return {}; }
 }  // namespace detail
 
-/// sum_j table[j][k] f_j at every node k, for each component.
+/// Integral of f by a table of the quadrature: sum_j table[j][k] f_j at every node k, for each component.
 template <class V, std::size_t packs>
-ROD_INLINE Along<V, packs> integral(const std::array<Lane, most_nodes>& table, const Along<V, packs>& f) {
-  Along<V, packs> sum{};
-  for (int j = 0; j < static_cast<int>(packs) * pack_size; ++j) {
-    const V& source = f[j / pack_size];
-    const int k = j % pack_size;
+ROD_INLINE NodeArray<V, packs> integral(const std::array<ScalarField, kMaxNodes>& table, const NodeArray<V, packs>& f) {
+  NodeArray<V, packs> sum{};
+  for (int j = 0; j < static_cast<int>(packs) * kPackSize; ++j) {
+    const V& source = f[j / kPackSize];
+    const int k = j % kPackSize;
     const Triad value{detail::at(source.x, k), detail::at(source.y, k), detail::at(source.z, k)};
     for (std::size_t p = 0; p < packs; ++p) {
       const Pack weight = table.data()[j].pack[p];
@@ -63,14 +63,16 @@ ROD_INLINE Along<V, packs> integral(const std::array<Lane, most_nodes>& table, c
   return sum;
 }
 
-/// Sum of products over the nodes, in a fixed order.
-template <int packs = most_packs>
-ROD_INLINE double total(const Lane& w, const Lane& f) {
+/// Sum of w f over the nodes, in a fixed order.
+template <int packs = kMaxPacks>
+ROD_INLINE double weighted_sum(const ScalarField& w, const ScalarField& f) {
   Pack sum = {};
   for (int p = 0; p < packs; ++p) sum += w.pack[p] * f.pack[p];
   return (sum[0] + sum[1]) + (sum[2] + sum[3]);
 }
 
-ROD_INLINE Vec3 total(const Lane& w, const Field& f) { return {total(w, f.x), total(w, f.y), total(w, f.z)}; }
+ROD_INLINE Vec3 weighted_sum(const ScalarField& w, const VectorField& f) {
+  return {weighted_sum(w, f.x), weighted_sum(w, f.y), weighted_sum(w, f.z)};
+}
 
 }  // namespace rod

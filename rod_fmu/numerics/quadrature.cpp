@@ -1,3 +1,4 @@
+// Construction of the quadrature tables.
 #include "numerics/quadrature.hpp"
 
 #include <cmath>
@@ -13,27 +14,27 @@ void legendre_values(double x, int count, double* values) {
 namespace {
 
 /// Roots of P_nodes by Newton's method from the Chebyshev guess, ascending in (-1, 1), with their weights.
-void gauss_legendre(int nodes, Lane& x, Lane& w) {
-  std::array<double, most_nodes + 1> p;
+void gauss_legendre(int nodes, ScalarField& x, ScalarField& w) {
+  std::array<double, kMaxNodes + 1> p;
   for (int k = 0; k < nodes; ++k) {
-    double root = -std::cos(std::numbers::pi * (k + 0.75) / (nodes + 0.5));
+    double square_root = -std::cos(std::numbers::pi * (k + 0.75) / (nodes + 0.5));
     double slope = 0.0;
     for (int iteration = 0; iteration < 100; ++iteration) {
-      legendre_values(root, nodes + 1, p.data());
-      slope = nodes * (root * p[nodes] - p[nodes - 1]) / (root * root - 1.0);
+      legendre_values(square_root, nodes + 1, p.data());
+      slope = nodes * (square_root * p[nodes] - p[nodes - 1]) / (square_root * square_root - 1.0);
       const double change = p[nodes] / slope;
-      root -= change;
+      square_root -= change;
       if (std::abs(change) < 1e-16) break;
     }
-    x[k] = root;
-    w[k] = 2.0 / ((1.0 - root * root) * slope * slope);
+    x[k] = square_root;
+    w[k] = 2.0 / ((1.0 - square_root * square_root) * slope * slope);
   }
 }
 
 /// int_{-1}^{x} of the Lagrange polynomial of node j, through its Legendre series: with l_j = sum_a c_a P_a, c_a =
 /// (2a+1)/2 w_j P_a(x_j) (exact on Gauss points) and int_{-1}^{x} P_a = (P_{a+1}(x) - P_{a-1}(x))/(2a+1).
 double lagrange_integral(int nodes, double node, double weight, double x) {
-  std::array<double, most_nodes + 1> at_node, at_x;
+  std::array<double, kMaxNodes + 1> at_node, at_x;
   legendre_values(node, nodes + 1, at_node.data());
   legendre_values(x, nodes + 1, at_x.data());
   double sum = 0.5 * weight * (x + 1.0);
@@ -45,11 +46,11 @@ double lagrange_integral(int nodes, double node, double weight, double x) {
 
 Quadrature::Quadrature(int packs)
     : packs(packs),
-      nodes(packs * pack_size),
+      nodes(packs * kPackSize),
       pieces(pieces_of(packs)),
       intervals(pieces * (nodes + 1)),
       interval_packs(interval_packs_of(packs)) {
-  Lane x, weight;
+  ScalarField x, weight;
   gauss_legendre(nodes, x, weight);
   for (int k = 0; k < nodes; ++k) {
     s[k] = 0.5 * (1.0 + x[k]);
@@ -57,30 +58,30 @@ Quadrature::Quadrature(int packs)
   }
   for (int j = 0; j < nodes; ++j) {
     for (int k = 0; k < nodes; ++k) forward[j][k] = 0.5 * lagrange_integral(nodes, x[j], weight[j], x[k]);
-    for (std::size_t m = 0; m < shape_stations; ++m)
-      stations[m][j] = 0.5 * lagrange_integral(nodes, x[j], weight[j], 2.0 * m / (shape_stations - 1) - 1.0);
+    for (std::size_t m = 0; m < kShapeStations; ++m)
+      stations[m][j] = 0.5 * lagrange_integral(nodes, x[j], weight[j], 2.0 * m / (kShapeStations - 1) - 1.0);
   }
   for (int k = 0; k < nodes; ++k)
     for (int j = 0; j < nodes; ++j) adjoint[k][j] = w[k] * forward[j][k] / w[j];
 
-  std::array<double, max_terms + 1> values;
+  std::array<double, kMaxTerms + 1> values;
   for (int k = 0; k < nodes; ++k) {
-    legendre_values(x[k], max_terms + 1, values.data());
-    for (int a = 0; a < max_terms; ++a) {
+    legendre_values(x[k], kMaxTerms + 1, values.data());
+    for (int a = 0; a < kMaxTerms; ++a) {
       legendre[a][k] = values[a];
       moment[a][k] = w[k] * values[a];
-      turned[a][k] = a == 0 ? s[k] : (values[a + 1] - values[a - 1]) / (2.0 * (2 * a + 1));
+      legendre_integral[a][k] = a == 0 ? s[k] : (values[a + 1] - values[a - 1]) / (2.0 * (2 * a + 1));
     }
   }
-  const double gauss_3[points] = {-std::sqrt(0.6), 0.0, std::sqrt(0.6)};
+  const double gauss_3[kGaussPoints] = {-std::sqrt(0.6), 0.0, std::sqrt(0.6)};
   for (int e = 0; e < intervals; ++e) {
     const int gap = e / pieces;
     const double left = gap == 0 ? 0.0 : s[gap - 1], right = gap == nodes ? 1.0 : s[gap];
     length[e] = (right - left) / pieces;
     const double from = left + (e % pieces) * length[e], to = from + length[e];
-    for (int g = 0; g < points; ++g) {
-      legendre_values(from + to + gauss_3[g] * length[e] - 1.0, max_terms, values.data());
-      for (int a = 0; a < max_terms; ++a) legendre_between[a][g][e] = values[a];
+    for (int g = 0; g < kGaussPoints; ++g) {
+      legendre_values(from + to + gauss_3[g] * length[e] - 1.0, kMaxTerms, values.data());
+      for (int a = 0; a < kMaxTerms; ++a) legendre_at_gauss_points[a][g][e] = values[a];
     }
   }
 }

@@ -1,6 +1,5 @@
 // Gauss-Legendre collocation on [0, 1]: nodes, weights, integrals from the clamp to each node, their discrete adjoint
-// (integrals from each node to the tip), and the Legendre polynomials that carry the strains. All lengths in units of
-// L. The more degrees the strains have, the more nodes they get.
+// (integrals from each node to the tip), and the Legendre polynomials of the strains. All lengths in units of L.
 #pragma once
 
 #include <array>
@@ -10,20 +9,20 @@
 
 namespace rod {
 
-inline constexpr int max_terms = highest_order + 1;
-/// Intervals between neighbours among clamp, nodes and tip; packs of them all.
+inline constexpr int kMaxTerms = kMaxOrder + 1;
+/// Number of intervals per gap between neighbours among clamp, nodes and tip, and of packs of all intervals.
 constexpr int pieces_of(int packs) { return packs > 4 ? 3 : 2; }
 constexpr int interval_packs_of(int packs) {
-  return (pieces_of(packs) * (packs * pack_size + 1) + pack_size - 1) / pack_size;
+  return (pieces_of(packs) * (packs * kPackSize + 1) + kPackSize - 1) / kPackSize;
 }
-inline constexpr int most_interval_packs = interval_packs_of(most_packs);
-inline constexpr int points = 3;  // of the Magnus expansion in each interval
+inline constexpr int kMaxIntervalPacks = interval_packs_of(kMaxPacks);
+inline constexpr int kGaussPoints = 3;  // Gauss points of the Magnus expansion in each interval
 
 /// One number per interval, padded with zeros to whole packs.
-struct IntervalLane {
+struct IntervalField {
   union {
-    Pack pack[most_interval_packs] = {};
-    double value[most_interval_packs * pack_size];
+    Pack pack[kMaxIntervalPacks] = {};
+    double value[kMaxIntervalPacks * kPackSize];
   };
   ROD_INLINE double& operator[](int e) { return value[e]; }
   ROD_INLINE double operator[](int e) const { return value[e]; }
@@ -33,24 +32,24 @@ struct Quadrature {
   explicit Quadrature(int packs);
 
   int packs, nodes, pieces, intervals, interval_packs;
-  Lane s, w;
+  ScalarField s, w;
   /// forward[j][k] = int_0^{s_k} l_j, so that (int_0^s f)(s_k) = sum_j forward[j][k] f_j.
-  std::array<Lane, most_nodes> forward;
+  std::array<ScalarField, kMaxNodes> forward;
   /// adjoint[k][j] = w_k forward[j][k] / w_j, so that sum_k w_k g_k (int_0^s f)(s_k) = sum_j w_j f_j (int_s^1 g)(s_j).
-  std::array<Lane, most_nodes> adjoint;
+  std::array<ScalarField, kMaxNodes> adjoint;
   /// stations[m][j] = int_0^{m/20} l_j: integrals at the evenly spaced stations.
-  std::array<Lane, shape_stations> stations;
+  std::array<ScalarField, kShapeStations> stations;
   /// legendre[a][k] = P_a(2 s_k - 1), and their integrals from the clamp, which end at 0 but for a = 0.
-  std::array<Lane, max_terms> legendre, turned;
+  std::array<ScalarField, kMaxTerms> legendre, legendre_integral;
   /// moment[a][k] = w_k P_a(2 s_k - 1)
-  std::array<Lane, max_terms> moment;
+  std::array<ScalarField, kMaxTerms> moment;
   /// The same at the three Gauss points of every interval; length of these intervals.
-  std::array<std::array<IntervalLane, points>, max_terms> legendre_between;
-  IntervalLane length;
+  std::array<std::array<IntervalField, kGaussPoints>, kMaxTerms> legendre_at_gauss_points;
+  IntervalField length;
 };
 
-/// With as many nodes as strains of this degree need: their products and turns of several radians to rounding error.
-/// Computed once per process; immutable.
+/// The rule for strains of this degree: 12, 16 or 20 nodes, enough to integrate their products and rotations of several
+/// radians to rounding error. Computed once per process; immutable.
 const Quadrature& quadrature(int order);
 
 /// Values P_0 ... P_{count-1} of the Legendre polynomials at x in [-1, 1].

@@ -1,13 +1,13 @@
-// The vector algebra of a section, written once for numbers and packs of numbers alike, and for vectors whose
-// components may be known to be nothing: what a rod confined to a plane leaves out has the type Zero and costs nothing.
+// Vector algebra of a section, written once for numbers and for packs of numbers. A component that is known to vanish,
+// such as the one across the plane of a planar rod, has the type Zero and costs nothing.
 #pragma once
 
 #include <concepts>
 
 namespace rod {
 
-inline constexpr int pack_size = 4;
-using Pack = double __attribute__((vector_size(pack_size * sizeof(double))));
+inline constexpr int kPackSize = 4;
+using Pack = double __attribute__((vector_size(kPackSize * sizeof(double))));
 
 #define ROD_INLINE [[gnu::always_inline]] inline
 
@@ -84,10 +84,10 @@ template <class A, class B, class C, class X, class Y, class Z>
 ROD_INLINE auto scale(const Triad<A, B, C>& a, const Triad<X, Y, Z>& b) {
   return Triad{a.x * b.x, a.y * b.y, a.z * b.z};
 }
-/// The same vector at four nodes.
-ROD_INLINE Triad<Pack> spread(const Vec3& a) { return {a.x - Pack{}, a.y - Pack{}, a.z - Pack{}}; }
+/// The same vector at the nodes of one pack.
+ROD_INLINE Triad<Pack> broadcast(const Vec3& a) { return {a.x - Pack{}, a.y - Pack{}, a.z - Pack{}}; }
 
-/// A rotation matrix by rows.
+/// A matrix by its rows.
 template <class A, class B = A, class C = A>
 struct Rows {
   A row0;
@@ -103,11 +103,11 @@ ROD_INLINE auto operator*(const Rows<A, B, C>& R, const Triad<X, Y, Z>& a) {
 }
 /// R^T a
 template <class A, class B, class C, class X, class Y, class Z>
-ROD_INLINE auto back(const Rows<A, B, C>& R, const Triad<X, Y, Z>& a) {
+ROD_INLINE auto transpose_times(const Rows<A, B, C>& R, const Triad<X, Y, Z>& a) {
   return a.x * R.row0 + a.y * R.row1 + a.z * R.row2;
 }
 
-/// The rotation of a unit quaternion, scalar part w.
+/// Rotation matrix of a unit quaternion, scalar part w.
 template <class T>
 ROD_INLINE Rotation<T> rotation(const T& w, const T& x, const T& y, const T& z) {
   return {{1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)},

@@ -1,4 +1,4 @@
-// What the world sees of a rod on a grid: pose, shape, displacements and energies.
+// Outputs of a rod on grid points: pose, shape, displacements (Eq. 17), tensions (Eq. 4) and energies.
 #include <algorithm>
 #include <cmath>
 
@@ -7,34 +7,34 @@
 
 namespace rod {
 
-using pade::Six;
-using pade::Three;
+using pade::Vector3;
+using pade::Vector6;
 
 namespace {
 
-Three three(const Vec3& a) { return {a.x, a.y, a.z}; }
-Triple triple(const Three& a) { return {a[0], a[1], a[2]}; }
+Vector3 three(const Vec3& a) { return {a.x, a.y, a.z}; }
+Triple triple(const Vector3& a) { return {a[0], a[1], a[2]}; }
 
-Eigen::Quaterniond orientation(GridState& state, int k) {
+Eigen::Quaterniond orientation(const ConstGridState& state, int k) {
   const auto q = state.quaternion(k);
   return Eigen::Quaterniond(q[0], q[1], q[2], q[3]);
 }
 
 /// Position at s = at * spacing: the cubic with the positions and tangents of both neighbours, of 4th order.
-Three between(GridState& state, double at, double spacing) {
+Vector3 between(const ConstGridState& state, double at, double spacing) {
   const int k = std::min(static_cast<int>(at), state.points() - 2);
   const double x = at - k;
-  const Three m0 = spacing * (orientation(state, k) * state.strain(k).tail<3>());
-  const Three m1 = spacing * (orientation(state, k + 1) * state.strain(k + 1).tail<3>());
+  const Vector3 m0 = spacing * (orientation(state, k) * state.strain(k).tail<3>());
+  const Vector3 m1 = spacing * (orientation(state, k + 1) * state.strain(k + 1).tail<3>());
   return (1.0 + 2.0 * x) * (1.0 - x) * (1.0 - x) * state.position(k) + x * (1.0 - x) * (1.0 - x) * m0 +
          x * x * (3.0 - 2.0 * x) * state.position(k + 1) - x * x * (1.0 - x) * m1;
 }
 
 }  // namespace
 
-void GridRod::outputs(const Loads& loads, GridState& state, Outputs& y) const {
-  for (std::size_t m = 0; m < shape_stations; ++m)
-    y.shape[m] = triple(between(state, static_cast<double>(m) * (points_ - 1) / (shape_stations - 1), spacing_));
+void GridRod::outputs(const Loads& loads, const ConstGridState& state, Outputs& y) const {
+  for (std::size_t m = 0; m < kShapeStations; ++m)
+    y.shape[m] = triple(between(state, static_cast<double>(m) * (points_ - 1) / (kShapeStations - 1), spacing_));
   const int tip = points_ - 1;
   const Eigen::Quaterniond turn = orientation(state, tip);
   y.tip_p = triple(state.position(tip));
@@ -42,21 +42,21 @@ void GridRod::outputs(const Loads& loads, GridState& state, Outputs& y) const {
   y.tip_euler = euler_angles(rotation(turn.w(), turn.x(), turn.y(), turn.z()));
   y.tip_v = triple(turn * state.velocity(tip).tail<3>());
 
-  const Six stiffness = Eigen::Map<const Six>(section_.stiffness.data());
-  const Six reference = Eigen::Map<const Six>(section_.reference.data());
-  Six inertia;
-  inertia << three(section_.inertia), Three::Constant(section_.mass);
+  const Vector6 stiffness = Eigen::Map<const Vector6>(section_.stiffness.data());
+  const Vector6 reference = Eigen::Map<const Vector6>(section_.reference.data());
+  Vector6 inertia;
+  inertia << three(section_.inertia), Vector3::Constant(section_.mass);
   y.energy_elastic = y.energy_kinetic = y.energy_gravity = y.energy_tca = 0.0;
   for (int k = 0; k < points_; ++k) {
-    const Six strain = state.strain(k) - reference;
-    const Six velocity = state.velocity(k);
+    const Vector6 strain = state.strain(k) - reference;
+    const Vector6 velocity = state.velocity(k);
     y.energy_elastic += 0.5 * weight_[k] * strain.dot(stiffness.cwiseProduct(strain));
     y.energy_kinetic += 0.5 * weight_[k] * velocity.dot(inertia.cwiseProduct(velocity));
     y.energy_gravity -= section_.mass * weight_[k] * three(loads.gravity).dot(state.position(k));
   }
   y.energy_dissipated = state.dissipated();
-  const pade::PerTcaVector delta = displacements(state);
-  for (int i = 0; i < pade::tcas; ++i) {
+  const pade::TcaVector delta = displacements(state);
+  for (int i = 0; i < pade::kTcaDim; ++i) {
     const double acting = closure_ == Closure::inside ? delta[i] : loads.delta_guess[i];
     y.delta[i] = delta[i];
     y.delta_rate[i] = state.delta_rate()[i];

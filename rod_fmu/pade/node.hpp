@@ -1,9 +1,9 @@
-// The rod's equations at one grid point, discretised in time by backward Euler, with exact derivatives.
-//   eta' = xi. - ad_xi eta                                                    (compatibility, Eq. 21)
-//   W    = K (xi - xi*) + D xi. + sum N_i [r_i x t_i; t_i]                    (law; N_i tension)
-//   W'   = ad_xi^T W - W_load + Gamma eta. - ad_eta^T Gamma eta               (balance, Eq. 23 with W_tot)
-//   eps'_i. = t_i . u_i.                                                      (Eq. 22, its second row corrected)
-// Units of this file: length L, force EA, time the step h, so that rates are differences: xi. = xi - xi_before.
+// Equations of the rod at one grid point, discretised in time by backward Euler (Eq. 24), with exact derivatives.
+//   eta'  = dxi/dt - ad_xi eta                                       compatibility (Eq. 21)
+//   W     = K (xi - xi*) + D dxi/dt + sum N_i [r_i x t_i; t_i]       law of section and TCAs (Eqs. 9-14), N_i tension
+//   W'    = ad_xi^T W - W_load + Gamma deta/dt - ad_eta^T Gamma eta  balance (Eq. 23 for the total wrench, corrected)
+//   deps'_i/dt = t_i . du_i/dt                                       stretch of TCA i (Eq. 22, second row corrected)
+// Units of this room: length L, force EA, time the step h, so that rates are differences: dxi/dt = xi - xi_before.
 #pragma once
 
 #include <Eigen/Core>
@@ -14,48 +14,50 @@
 
 namespace rod::pade {
 
-inline constexpr int tcas = static_cast<int>(tca_count);
-inline constexpr int fields = 12;  // xi, eta
+inline constexpr int kTcaDim = static_cast<int>(kTcas);
+inline constexpr int kFields = 12;  // xi, eta
 
-using Three = Eigen::Vector3d;
-using Six = Eigen::Matrix<double, 6, 1>;
-using Unknowns = Eigen::Matrix<double, fields, 1>;
-using SixByAll = Eigen::Matrix<double, 6, fields>;
-using SixByTca = Eigen::Matrix<double, 6, tcas>;
-using PerTcaVector = Eigen::Matrix<double, tcas, 1>;
+using Vector3 = Eigen::Vector3d;
+using Vector6 = Eigen::Matrix<double, 6, 1>;
+using NodeVector = Eigen::Matrix<double, kFields, 1>;
+using Matrix6xNode = Eigen::Matrix<double, 6, kFields>;
+using Matrix6xTca = Eigen::Matrix<double, 6, kTcaDim>;
+using TcaVector = Eigen::Matrix<double, kTcaDim, 1>;
 
-Eigen::Matrix3d hat(const Three& a);
+Eigen::Matrix3d hat(const Vector3& a);
 
-/// What all points share.
-struct Medium {
-  Six stiffness, damping, inertia, reference;
-  double mass = 0.0;  // of the length, which gravity pulls
+/// Section in the units of one step, the same at all points.
+struct ScaledSection {
+  Vector6 stiffness, damping, inertia, reference;
+  double mass = 0.0;  // of the whole rod, which gravity acts on
 };
 
-/// A vector of the fixed frame seen from the body, b = exp(-w^) b_before, and its derivative in w.
-struct Seen {
-  Three value;
+/// A constant vector of the fixed frame in the body frame after the rotation w of a step, exp(-w^) before, and its
+/// derivative in w.
+struct BodyFrameVector {
+  Vector3 value;
   Eigen::Matrix3d slope;
 };
-Seen seen(const Three& before, const Three& w);
+BodyFrameVector in_body_frame(const Vector3& before, const Vector3& w);
 
-/// What a point knows before the step.
-struct Before {
-  Unknowns z;
-  Three gravity;  // seen from the body
-  PerTcaVector stretch;
-  std::array<Three, tca_count> r, r_slope;  // routing and its derivative
+/// A point at the start of the step.
+struct PreviousNode {
+  NodeVector z;
+  Vector3 gravity;  // in the body frame
+  TcaVector stretch;
+  std::array<Vector3, kTcas> r, r_slope;  // routing and its derivative
 };
 
-/// The equations at a point: values, derivatives in z = [xi; eta] and in the tensions.
-struct Balance {
-  Six eta_slope, W, W_slope;
-  SixByAll eta_slope_z, W_z, W_slope_z;
-  SixByTca W_N, W_slope_N;
-  PerTcaVector stretch;  // eps'_i
-  SixByTca stretch_xi;   // its derivative in xi, by column
+/// Values of the equations at a point, and their derivatives in z = [xi; eta] and in the tensions.
+struct NodeEquations {
+  Vector6 eta_slope, W, W_slope;
+  Matrix6xNode eta_slope_z, W_z, W_slope_z;
+  Matrix6xTca W_N, W_slope_N;
+  TcaVector stretch;       // eps'_i
+  Matrix6xTca stretch_xi;  // its derivative in xi, by column
 };
 
-void balance(const Medium& medium, const Before& before, const Unknowns& z, const PerTcaVector& N, Balance& out);
+void node_equations(const ScaledSection& section, const PreviousNode& before, const NodeVector& z, const TcaVector& N,
+                    NodeEquations& out);
 
 }  // namespace rod::pade

@@ -1,16 +1,17 @@
-// The plain data of one rod: parameters (start values: parameter set `fig3`), inputs and outputs. SI units,
-// temperatures in kelvin; vectors of inputs and of the tip are in the fixed frame, whose z axis runs along the straight
-// rod from its clamp.
+// Plain data of one rod: parameters (start values: parameter set `fig3`), inputs and outputs. SI units, temperatures in
+// kelvin. Vectors of inputs and of the tip are in the fixed frame, whose z axis runs along the straight rod from its
+// clamp.
 #pragma once
 
 #include <array>
 #include <cstddef>
 
+#include "core/time_polynomial.hpp"
 #include "numerics/sizes.hpp"
 
 namespace rod {
 
-inline constexpr int least_grid_points = 5, most_grid_points = 401;
+inline constexpr int kMinGridPoints = 5, kMaxGridPoints = 401;
 
 enum class Strains : int { bending = 1, extensible, kirchhoff, cosserat };
 enum class Closure : int { inside = 1, exchanged };
@@ -19,10 +20,10 @@ enum class Pitch : int { frozen = 1, current };
 enum class Profile : int { round = 1, given };
 enum class Method : int { backward_euler = 1, rosenbrock, midpoint, bdf, pade_euler, rosenbrock_3 };
 
-using Polynomial = std::array<double, 4>;  // value and three time derivatives
+using Polynomial = core::Cubic;  // value and three time derivatives of an input at the start of a step
 using Triple = std::array<double, 3>;
 template <class T>
-using PerTca = std::array<T, tca_count>;
+using PerTca = std::array<T, kTcas>;
 
 struct Parameters {
   double body_radius = 5e-3;       // m
@@ -65,7 +66,7 @@ struct Parameters {
  private:
   static constexpr PerTca<double> even_azimuths() {
     PerTca<double> azimuth{};
-    for (std::size_t i = 0; i < tca_count; ++i) azimuth[i] = 6.283185307179586 * i / tca_count;
+    for (std::size_t i = 0; i < kTcas; ++i) azimuth[i] = 6.283185307179586 * i / kTcas;
     return azimuth;
   }
 };
@@ -93,10 +94,10 @@ struct Outputs {
   std::array<double, 4> tip_quaternion{1, 0, 0, 0};  // scalar first
   Triple tip_v{};                                    // m/s
   double energy_elastic = 0, energy_tca = 0, energy_kinetic = 0, energy_gravity = 0, energy_dissipated = 0;  // J
-  double evaluations = 0;                      // 1, of the residual, so far
-  double out_of_plane = 0;                     // 1, largest strain that a planar rod's forces
-                                               // across its plane would cause
-  std::array<Triple, shape_stations> shape{};  // m
+  double evaluations = 0;                      // 1, number of evaluations of the residual so far
+  double out_of_plane = 0;                     // 1, largest strain that forces across the plane of a planar
+                                               // rod would cause
+  std::array<Triple, kShapeStations> shape{};  // m
 };
 
 struct Data {

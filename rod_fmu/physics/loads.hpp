@@ -1,4 +1,4 @@
-// What acts on a rod at one time.
+// Loads of a rod at one time: weight, tip wrench, temperatures of the TCAs and displacements given to them.
 #pragma once
 
 #include "numerics/vectors.hpp"
@@ -18,10 +18,10 @@ struct Loads {
   Loads seen_from(const Frame& frame) const;
 };
 
-inline constexpr std::size_t load_numbers = 9 + 2 * tca_count;
-static_assert(sizeof(Loads) == load_numbers * sizeof(double));
+inline constexpr std::size_t kLoadCount = 9 + 2 * kTcas;
+static_assert(sizeof(Loads) == kLoadCount * sizeof(double));
 
-/// Inputs as they are `elapsed` seconds into the step, and their rates there.
+/// Inputs, and their time derivatives, `elapsed` [s] after the start of the step.
 Loads loads_at(const Inputs& u, double elapsed);
 Loads load_rates_at(const Inputs& u, double elapsed);
 

@@ -1,3 +1,4 @@
+// A section from the parameters: solid cylinder, or given stiffnesses.
 #include "physics/section.hpp"
 
 #include <numbers>
@@ -26,8 +27,8 @@ Section Section::seen_from(const Frame& frame) const {
     const double c2 = frame.cosine * frame.cosine, s2 = frame.sine * frame.sine;
     out.stiffness[first] = c2 * stiffness[first] + s2 * stiffness[first + 1];
     out.stiffness[first + 1] = s2 * stiffness[first] + c2 * stiffness[first + 1];
-    const Vec3 turned = frame.in(Vec3{reference[first], reference[first + 1], reference[first + 2]});
-    out.reference[first] = turned.x, out.reference[first + 1] = turned.y;
+    const Vec3 legendre_integral = frame.to_frame(Vec3{reference[first], reference[first + 1], reference[first + 2]});
+    out.reference[first] = legendre_integral.x, out.reference[first + 1] = legendre_integral.y;
   }
   return out;
 }

@@ -1,4 +1,7 @@
-// The body's cross-section: stiffness, damping, inertia and unloaded strains.
+// Cross-section of the body (Eqs. 9-13): W = K (xi - xi*) + D dxi/dt with
+//   K = diag(EI, EI, GJ, ks GA, ks GA, EA)   [N m2], [N]
+//   D = (retardation time) K                 Kelvin-Voigt damping [N m2 s], [N s]
+//   Gamma = rho diag(I, I, 2 I, A, A, A)     inertia per length [kg m], [kg/m].
 #pragma once
 
 #include <array>
@@ -9,7 +12,7 @@
 
 namespace rod {
 
-/// Cross-section, body frame, [angular; linear] as everywhere.
+/// All of it in the body frame, ordered [angular; linear].
 struct Section {
   std::array<double, 6> stiffness{};                  // N m^2 (3), N (3)
   double retardation = 0.0;                           // s, damping = retardation * stiffness
@@ -18,7 +21,7 @@ struct Section {
   std::array<double, 6> reference{0, 0, 0, 0, 0, 1};  // xi*, 1/m and 1
 
   static Section of(const Parameters& p);
-  /// The same with the axes of this frame.
+  /// The same section with components in this frame.
   Section seen_from(const Frame& frame) const;
 };
 

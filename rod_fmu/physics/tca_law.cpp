@@ -1,3 +1,4 @@
+// Eq. 4 (corrected) and its derivatives; see the header for the symbols.
 #include "physics/tca_law.hpp"
 
 #include <cmath>
@@ -17,18 +18,18 @@ TcaLaw::TcaLaw(const Parameters& p)
   }
   const double d = p.tca_wire_diameter, E = p.tca_E, G = E / 3.0;
   const double A = pi * d * d / 4.0, J = pi * std::pow(d, 4) / 32.0, I = J / 2.0;
-  const double radius = wire_ / (2.0 * pi * p.tca_coils);  // R/cos a
+  const double radius = wire_ / (2.0 * pi * p.tca_coils);  // of the coil over cos a: R/cos a
   torsion_ = wire_ * radius * radius / (G * J);
   bending_ = wire_ * radius * radius / (E * I);
   axial_ = wire_ / (E * A);
   shear_ = wire_ / (G * A);
-  x_0_ = p.body_length / wire_;
-  stiffness_ = 1.0 / coil(x_0_).f1;
-  gain_ = p.tca_chirality * radius * (1.0 - x_0_ * x_0_) * 2.0 * pi * p.tca_twists;
+  sin_a0_ = p.body_length / wire_;
+  stiffness_ = 1.0 / coil(sin_a0_).f1;
+  gain_ = p.tca_chirality * radius * (1.0 - sin_a0_ * sin_a0_) * 2.0 * pi * p.tca_twists;
 }
 
 TcaLaw::Coil TcaLaw::coil(double x) const {
-  const double c2 = 1.0 - x * x, c2_0 = 1.0 - x_0_ * x_0_;  // cos^2 a; R cos a is radius * cos^2 a
+  const double c2 = 1.0 - x * x, c2_0 = 1.0 - sin_a0_ * sin_a0_;  // cos^2 a; R cos a is radius * cos^2 a
   return {.stroke = c2 / c2_0,
           .stroke_slope = -2.0 * x / c2_0,
           .f1 = torsion_ * c2 * c2 + bending_ * c2 * x * x + axial_ * x * x + shear_ * c2,
@@ -51,7 +52,7 @@ Tension TcaLaw::tension(double delta, double T) const {
   const double stroke = free_stroke(T), slope = stroke_slope(T);
   if (law_ == Law::measured || pitch_ == Pitch::frozen)
     return {stiffness_ * (delta - stroke), stiffness_, -stiffness_ * slope};
-  const double x = x_0_ + delta / wire_;
+  const double x = sin_a0_ + delta / wire_;
   if (!(std::abs(x) < 1.0)) return {NAN, NAN, NAN};
   const Coil c = coil(x);
   const double N = (delta - c.stroke * stroke) / c.f1;
@@ -60,7 +61,7 @@ Tension TcaLaw::tension(double delta, double T) const {
 
 double TcaLaw::energy(double delta, double T) const {
   // int_0^delta N, above the energy of the TCA that is held at its reference length.
-  const Quadrature& grid = quadrature(highest_order);
+  const Quadrature& grid = quadrature(kMaxOrder);
   double work = 0.0;
   for (int k = 0; k < grid.nodes; ++k) work += grid.w[k] * delta * tension(grid.s[k] * delta, T).value;
   const double stroke = free_stroke(T);

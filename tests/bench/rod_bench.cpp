@@ -33,15 +33,15 @@ double cost(Call call) {
 
 void kernels() {
   std::printf("planar order unknowns  residual  tangent  factor  newton step  static solve [us]\n");
-  for (int row = 0; row < 2 * max_terms; ++row) {
+  for (int row = 0; row < 2 * kMaxTerms; ++row) {
     Parameters p;
-    p.planar = row >= max_terms;
-    p.order = row % max_terms;
+    p.planar = row >= kMaxTerms;
+    p.order = row % kMaxTerms;
     Bench bench(p);
     const int n = bench.rod.unknowns();
     const RandomState x(n, 1);
     const Loads loads = loads_at(bench.inputs, 0.0);
-    Work work;
+    Workspace work;
     Vector r;
     Matrix J;
     Eigen::PartialPivLU<Matrix> lu;
@@ -53,7 +53,7 @@ void kernels() {
     bench.inputs.gravity[0][0] = 9.81;
     const double t_static = cost([&] {
       bench.state.q.setZero();
-      bench.settle();
+      bench.solve_equilibrium();
     });
     std::printf("%6d %5d %8d %9.2f %8.2f %7.2f %12.2f %13.2f\n", p.planar, p.order, n, t_residual, t_tangent, t_factor,
                 t_newton, t_static);
@@ -69,13 +69,13 @@ void grid() {
     std::vector<double> memory(GridState::size(points));
     GridState state(memory.data(), points);
     GridScratch scratch = rod.scratch();
-    rod.straighten(state);
+    rod.set_unloaded(state);
     Inputs inputs;
     inputs.gravity[0][0] = 9.81;
     constexpr int steps = 200;
     double best = 1e9;
     for (int repeat = 0; repeat < 5; ++repeat) {
-      rod.straighten(state);
+      rod.set_unloaded(state);
       const double start = seconds();
       for (int i = 0; i < steps; ++i) rod.step(inputs, 1e-3, state, scratch);
       best = std::min(best, (seconds() - start) / steps * 1e6);
@@ -104,7 +104,7 @@ void release() {
           for (std::size_t k = 0; k < rows.size(); ++k) {
             step_rosenbrock(bench.rod, bench.inputs, rows[k][0] - t, tolerance, bench.state, bench.scratch);
             t = rows[k][0];
-            const Outputs y = bench.look();
+            const Outputs y = bench.outputs();
             error[k] =
                 std::hypot(y.tip_p[2] * 1e3 - rows[k][1 + 2 * damped], y.tip_p[0] * 1e3 - rows[k][2 + 2 * damped]) *
                 1e3;
@@ -127,17 +127,17 @@ void space() {
     Bench bench(p);
     for (int c = 0; c < 3; ++c) bench.inputs.gravity[c][0] = rows[row][1 + c];
     for (int i = 0; i < 3; ++i) bench.inputs.T[i][0] = rows[row][4 + i] + 273.15;
-    bench.settle();
-    const Outputs y = bench.look();
+    bench.solve_equilibrium();
+    const Outputs y = bench.outputs();
     return std::array{y.tip_p[0], y.tip_p[1], y.tip_p[2], y.delta[0], y.delta[1], y.delta[2]};
   };
-  for (int order = 0; order <= highest_order; ++order) {
+  for (int order = 0; order <= kMaxOrder; ++order) {
     double to_reference = 0.0, to_best = 0.0;
     for (std::size_t row = 0; row < rows.size(); ++row) {
-      const auto found = solve(order, row), best = solve(highest_order, row);
+      const auto computed = solve(order, row), best = solve(kMaxOrder, row);
       for (int c = 0; c < 6; ++c) {
-        to_reference = std::max(to_reference, std::abs(found[c] - rows[row][(c < 3 ? 7 : 10) + c]));
-        to_best = std::max(to_best, std::abs(found[c] - best[c]));
+        to_reference = std::max(to_reference, std::abs(computed[c] - rows[row][(c < 3 ? 7 : 10) + c]));
+        to_best = std::max(to_best, std::abs(computed[c] - best[c]));
       }
     }
     std::printf("%d,%d,%.3e,%.3e\n", order, 6 * (order + 1), to_reference, to_best);
@@ -155,14 +155,14 @@ void time() {
     Bench bench(p);
     bench.inputs.gravity[0][0] = 9.81;
     for (int i = 0; i < steps; ++i) step(bench, 0.1 / steps);
-    return bench.look().tip_p;
+    return bench.outputs().tip_p;
   };
   const auto rosenbrock = [](Bench& b, double h) { step_rosenbrock(b.rod, b.inputs, h, 1e-11, b.state, b.scratch); };
   const Triple truth = tip(rosenbrock, 1);
   const auto print = [&](const char* name, auto step) {
     for (int steps : {5, 10, 20, 40, 80, 160, 320}) {
-      const Triple found = tip(step, steps);
-      std::printf("%s,%g,%.3e\n", name, 0.1 / steps, std::hypot(found[0] - truth[0], found[2] - truth[2]));
+      const Triple computed = tip(step, steps);
+      std::printf("%s,%g,%.3e\n", name, 0.1 / steps, std::hypot(computed[0] - truth[0], computed[2] - truth[2]));
     }
   };
   print("backward_euler", [](Bench& b, double h) { step_backward_euler(b.rod, b.inputs, h, b.state, b.scratch); });

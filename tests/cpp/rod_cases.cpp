@@ -15,7 +15,7 @@ namespace {
 
 /// Natural frequencies [Hz], ascending, of small undamped motion about the bench's state at rest.
 Eigen::VectorXd frequencies(Bench& bench) {
-  bench.look();
+  bench.outputs();
   Matrix K, M;
   bench.rod.tangent(bench.scratch.newton.work, {.q = 1.0}, K);
   bench.rod.tangent(bench.scratch.newton.work, {.a = 1.0}, M);
@@ -37,9 +37,9 @@ TEST(RodCases, FrequenciesOfTheBareRod) {
   Parameters p = bare_rod();
   p.order = 7;
   Bench bench(p);
-  const Eigen::VectorXd found = frequencies(bench);
+  const Eigen::VectorXd computed = frequencies(bench);
   for (double known : {5.0149, 26.471, 62.150, 37.1479, 21.4473})  // Timoshenko bending 1 to 3, axial, torsion
-    EXPECT_NEAR(nearest(found, known), known, 1e-4 * known);
+    EXPECT_NEAR(nearest(computed, known), known, 1e-4 * known);
 }
 
 TEST(RodCases, ColdActuatorsStiffenTheFirstMode) {
@@ -69,7 +69,7 @@ TEST(RodCases, UprightRodBucklesUnderItsOwnWeightAtTheKnownLoad) {
   const auto softest = [&](double load) {
     Bench bench(p);
     bench.inputs.gravity[2][0] = -load * section.stiffness[0] / (section.mass * std::pow(p.body_length, 3));
-    bench.look();
+    bench.outputs();
     Matrix K;
     bench.rod.tangent(bench.scratch.newton.work, {.q = 1.0}, K);
     return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(Eigen::MatrixXd(K)).eigenvalues()[0];
@@ -92,11 +92,11 @@ TEST(RodCases, BentCantileverOf45Degrees) {
   Bench bench(p);
   for (const auto& [load, x, y, z] : known) {
     bench.inputs.tip_force[1][0] = load;
-    ASSERT_TRUE(bench.settle());
-    const Outputs found = bench.look();
-    EXPECT_NEAR(found.tip_p[2], x, 1e-4);
-    EXPECT_NEAR(found.tip_p[0], y, 1e-4);
-    EXPECT_NEAR(found.tip_p[1], z, 1e-4);
+    ASSERT_TRUE(bench.solve_equilibrium());
+    const Outputs computed = bench.outputs();
+    EXPECT_NEAR(computed.tip_p[2], x, 1e-4);
+    EXPECT_NEAR(computed.tip_p[0], y, 1e-4);
+    EXPECT_NEAR(computed.tip_p[1], z, 1e-4);
   }
 }
 
@@ -107,14 +107,14 @@ TEST(RodCases, HelicalActuatorsTwistWithTheirHand) {
     Bench bench(p);
     const double dT = 1e-3;
     for (auto& T : bench.inputs.T) T[0] += dT;
-    ASSERT_TRUE(bench.settle());
+    ASSERT_TRUE(bench.solve_equilibrium());
     // N TCAs: W = 0 gives EA e = -N f/u, GJ kappa = -N f h r^2/u with f = k (L (e + h r^2 kappa)/u - s), u = sqrt(1 +
     // h^2 r^2).
     const Section section = Section::of(p);
     const TcaLaw law(p);
     const double k = law.stiffness(), s = law.free_stroke(p.T_0 + dT), L = p.body_length,
                  lever = helix * p.tca_offset * p.tca_offset;
-    const double u2 = 1.0 + helix * helix * p.tca_offset * p.tca_offset, count = tca_count;
+    const double u2 = 1.0 + helix * helix * p.tca_offset * p.tca_offset, count = kTcas;
     const double f =
         -k * s / (1.0 + count * k * L / u2 * (1.0 / section.stiffness[5] + lever * lever / section.stiffness[2]));
     const double twist = -count * f * lever / std::sqrt(u2) / section.stiffness[2];
@@ -130,10 +130,10 @@ TEST(RodCases, ContractionActuatorsBendTheOtherWay) {
   Bench contraction(p);
   for (Bench* bench : {&extension, &contraction}) {
     bench->inputs.T[0][0] += 20.0;
-    ASSERT_TRUE(bench->settle());
+    ASSERT_TRUE(bench->solve_equilibrium());
   }
-  EXPECT_LT(extension.look().tip_p[0], 0.0);
-  EXPECT_GT(contraction.look().tip_p[0], 0.0);
+  EXPECT_LT(extension.outputs().tip_p[0], 0.0);
+  EXPECT_GT(contraction.outputs().tip_p[0], 0.0);
 }
 
 TEST(RodCases, TwistingOfTheRoutingTurnsTheAnswerOnly) {
@@ -144,9 +144,9 @@ TEST(RodCases, TwistingOfTheRoutingTurnsTheAnswerOnly) {
   Bench turned(p);
   for (Bench* bench : {&plain, &turned}) {
     bench->inputs.T[0][0] += 30.0;
-    ASSERT_TRUE(bench->settle());
+    ASSERT_TRUE(bench->solve_equilibrium());
   }
-  const Triple a = plain.look().tip_p, b = turned.look().tip_p;
+  const Triple a = plain.outputs().tip_p, b = turned.outputs().tip_p;
   EXPECT_NEAR(b[0], std::cos(turn) * a[0] - std::sin(turn) * a[1], 1e-12);
   EXPECT_NEAR(b[1], std::sin(turn) * a[0] + std::cos(turn) * a[1], 1e-12);
   EXPECT_NEAR(b[2], a[2], 1e-12);
@@ -159,13 +159,13 @@ TEST(RodCases, DampingRateOfTheFirstMode) {
   Bench bench(p);
   const double omega = 2 * M_PI * frequencies(bench)[0];
   bench.inputs.tip_force[0][0] = 1e-6;
-  ASSERT_TRUE(bench.settle());
+  ASSERT_TRUE(bench.solve_equilibrium());
   bench.inputs.tip_force[0][0] = 0.0;
   const double period = 2 * M_PI / (omega * std::sqrt(1.0 - std::pow(0.5 * p.body_retardation * omega, 2)));
   const auto after_periods = [&](int count) {
     EXPECT_EQ(step_rosenbrock(bench.rod, bench.inputs, count * period, 1e-7, bench.state, bench.scratch).reached,
               count * period);
-    return bench.look().tip_p[0];
+    return bench.outputs().tip_p[0];
   };
   const double early = after_periods(2), late = after_periods(3);  // by then higher modes are gone
   const double rate = std::log(early / late) / (3 * period);
@@ -191,7 +191,7 @@ TEST(RodCases, CurrentPitchIsTheFrozenLawForSmallDisplacements) {
 
   Bench bench(p);
   bench.inputs.T[0][0] = 350.0;
-  ASSERT_TRUE(bench.settle());
-  bench.look();
+  ASSERT_TRUE(bench.solve_equilibrium());
+  bench.outputs();
   EXPECT_GT(bench.scratch.newton.work.delta[0], 1e-3);
 }

@@ -22,7 +22,7 @@ fmi2ValueReference reference(const std::string& name) {
 std::vector<int> places(const Rod& rod) {
   std::vector<int> where;
   for (int k = 0; k < rod.unknowns(); ++k) {
-    std::vector<double> states(strain_states);
+    std::vector<double> states(kStrainStates);
     const Vector unit = Vector::Unit(rod.unknowns(), k);
     rod.to_states(unit.data(), states.data());
     where.push_back(static_cast<int>(std::ranges::max_element(states) - states.begin()));
@@ -66,8 +66,8 @@ TEST_P(RodExchange, RatesAndTheirDerivativesAreExact) {
   const std::vector<int> place = places(rod);
   const RandomState at(n, 5);
   Instance instance(p);
-  std::vector<double> x(2 * strain_states + 1), dx(x.size());
-  for (int k = 0; k < n; ++k) x[place[k]] = at.q[k], x[strain_states + place[k]] = at.v[k];
+  std::vector<double> x(2 * kStrainStates + 1), dx(x.size());
+  for (int k = 0; k < n; ++k) x[place[k]] = at.q[k], x[kStrainStates + place[k]] = at.v[k];
   ASSERT_EQ(fmi2SetContinuousStates(instance.fmu, x.data(), x.size()), fmi2OK);
   const double T = 320.0;
   const fmi2ValueReference heated = reference("T[1]");
@@ -77,7 +77,7 @@ TEST_P(RodExchange, RatesAndTheirDerivativesAreExact) {
   Inputs u;
   u.T[0] = {T, 1.0, 0, 0};
   const Loads loads = loads_at(u, 0.0);
-  Work work;
+  Workspace work;
   Vector r, a(n), zero = Vector::Zero(n);
   rod.residual(at.q.data(), at.v.data(), zero.data(), loads, work, r);
   Matrix M, K, D;
@@ -86,7 +86,7 @@ TEST_P(RodExchange, RatesAndTheirDerivativesAreExact) {
   a = -mass.solve(r);
   for (int k = 0; k < n; ++k) {
     EXPECT_EQ(dx[place[k]], at.v[k]);
-    EXPECT_NEAR(dx[strain_states + place[k]], a[k], 1e-9 * a.cwiseAbs().maxCoeff());
+    EXPECT_NEAR(dx[kStrainStates + place[k]], a[k], 1e-9 * a.cwiseAbs().maxCoeff());
   }
   EXPECT_NEAR(dx.back(), rod.damping().dot(at.v.cwiseAbs2()), 1e-12 * dx.back());
 
@@ -96,18 +96,19 @@ TEST_P(RodExchange, RatesAndTheirDerivativesAreExact) {
   rod.tangent(work, {.v = 1.0}, D);
   Vector r_T;
   rod.load_derivative(work, loads, load_rates_at(u, 0.0), r_T);
-  Eigen::MatrixXd exact(n, 2 * n + 1), found(n, 2 * n + 1);
+  Eigen::MatrixXd exact(n, 2 * n + 1), computed(n, 2 * n + 1);
   exact << -mass.solve(Eigen::MatrixXd(K)), -mass.solve(Eigen::MatrixXd(D)), -mass.solve(Eigen::VectorXd(r_T));
   const auto first = reference("strain[1,1]"), first_rate = reference("der(strain[1,1])");
   std::vector<fmi2ValueReference> unknowns;
-  for (int k = 0; k < n; ++k) unknowns.push_back(first_rate + strain_states + place[k]);
+  for (int k = 0; k < n; ++k) unknowns.push_back(first_rate + kStrainStates + place[k]);
   for (int j = 0; j <= 2 * n; ++j) {
-    const fmi2ValueReference known = j == 2 * n ? heated : first + (j < n ? 0 : strain_states) + place[j % n];
+    const fmi2ValueReference known = j == 2 * n ? heated : first + (j < n ? 0 : kStrainStates) + place[j % n];
     const double seed = 1.0;
-    ASSERT_EQ(fmi2GetDirectionalDerivative(instance.fmu, unknowns.data(), n, &known, 1, &seed, &found(0, j)), fmi2OK);
+    ASSERT_EQ(fmi2GetDirectionalDerivative(instance.fmu, unknowns.data(), n, &known, 1, &seed, &computed(0, j)),
+              fmi2OK);
   }
   for (int j = 0; j <= 2 * n; ++j)
-    EXPECT_LT((found.col(j) - exact.col(j)).norm(), 1e-9 * exact.col(j).norm()) << "column " << j;
+    EXPECT_LT((computed.col(j) - exact.col(j)).norm(), 1e-9 * exact.col(j).norm()) << "column " << j;
 }
 
 INSTANTIATE_TEST_SUITE_P(All, RodExchange,

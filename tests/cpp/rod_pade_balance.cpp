@@ -7,7 +7,7 @@
 #include "rod_pade_support.hpp"
 
 using namespace rod_test;
-using pade::tcas;
+using pade::kTcaDim;
 
 TEST(RodPade, TipBalanceHasTheRightSign) {
   // Unloaded but hot: W_tot = K (xi - xi*) + sum N [r x t; t] vanishes all along. With the sign of Eq. 23 as printed
@@ -15,15 +15,15 @@ TEST(RodPade, TipBalanceHasTheRightSign) {
   Parameters p;
   GridBench bench(p, 21);
   bench.inputs.T[0][0] = 350.0;
-  ASSERT_TRUE(bench.settle());
+  ASSERT_TRUE(bench.solve_equilibrium());
   const Section section = Section::of(p);
-  const Outputs y = bench.look();
+  const Outputs y = bench.outputs();
   for (int k = 0; k < bench.rod.points(); ++k) {
-    pade::Six elastic, actuators = pade::Six::Zero();
+    pade::Vector6 elastic, actuators = pade::Vector6::Zero();
     for (int c = 0; c < 6; ++c) elastic[c] = section.stiffness[c] * (bench.state.strain(k)[c] - section.reference[c]);
-    for (int i = 0; i < tcas; ++i) {
-      pade::Three r;
-      const pade::Three t = bench.u(k, i, r).normalized();
+    for (int i = 0; i < kTcaDim; ++i) {
+      pade::Vector3 r;
+      const pade::Vector3 t = bench.u(k, i, r).normalized();
       actuators.head<3>() += y.N[i] * r.cross(t);
       actuators.tail<3>() += y.N[i] * t;
     }
@@ -38,16 +38,16 @@ TEST(RodPade, TipLoadsAreDeadLoadsOfTheFixedFrame) {
   Parameters p = bare_rod();
   GridBench bench(p, 81);
   bench.inputs.tip_moment[1][0] = 2 * M_PI * Section::of(p).stiffness[1] / p.body_length;
-  ASSERT_TRUE(bench.settle());
-  for (double x : bench.look().tip_p) EXPECT_NEAR(x, 0.0, 1e-6 * p.body_length);  // the rod closes to a circle
+  ASSERT_TRUE(bench.solve_equilibrium());
+  for (double x : bench.outputs().tip_p) EXPECT_NEAR(x, 0.0, 1e-6 * p.body_length);  // the rod closes to a circle
 
   p.order = 7;
   Bench other(p);
   GridBench pulled(p, 41);
   other.inputs.tip_force[1][0] = pulled.inputs.tip_force[1][0] = 0.02;
   other.inputs.tip_force[2][0] = pulled.inputs.tip_force[2][0] = -0.01;
-  ASSERT_TRUE(pulled.settle() && other.settle());
-  EXPECT_LT(difference(pulled.look(), other.look()), 1e-7);
+  ASSERT_TRUE(pulled.solve_equilibrium() && other.solve_equilibrium());
+  EXPECT_LT(difference(pulled.outputs(), other.outputs()), 1e-7);
 }
 
 TEST(RodPade, StretchEvolvedInTimeFollowsTheStrain) {
@@ -57,8 +57,8 @@ TEST(RodPade, StretchEvolvedInTimeFollowsTheStrain) {
     shake(bench.inputs, 0.04, steps, [&bench](double h) { bench.step(h); });
     double worst = 0.0;
     for (int k = 0; k < bench.rod.points(); ++k)
-      for (int i = 0; i < tcas; ++i) {
-        pade::Three r;
+      for (int i = 0; i < kTcaDim; ++i) {
+        pade::Vector3 r;
         worst = std::max(worst, std::abs(bench.state.stretch(k)[i] - bench.u(k, i, r).norm()));
       }
     return worst;
@@ -81,9 +81,9 @@ TEST(RodPade, PoseBelongsToTheStrainAndStaysOnTheGroup) {
       return Eigen::Quaterniond(c[0], c[1], c[2], c[3]);
     };
     const Eigen::AngleAxisd turn(q(k - 1).conjugate() * q(k + 1));
-    const pade::Three kappa = turn.angle() * turn.axis() / (2 * spacing);
+    const pade::Vector3 kappa = turn.angle() * turn.axis() / (2 * spacing);
     EXPECT_LT((kappa - bench.state.strain(k).head<3>()).norm(), 0.1);  // 1/m, of some 20
-    const pade::Three slope = (bench.state.position(k + 1) - bench.state.position(k - 1)) / (2 * spacing);
+    const pade::Vector3 slope = (bench.state.position(k + 1) - bench.state.position(k - 1)) / (2 * spacing);
     EXPECT_LT((q(k).conjugate() * slope - bench.state.strain(k).tail<3>()).norm(), 2e-3);
   }
 }
@@ -92,10 +92,10 @@ TEST(RodPade, DisplacementRateIsItsDifferenceQuotient) {
   GridBench bench(Parameters{}, 11);
   bench.inputs.gravity[0][0] = 9.81;
   for (int i = 0; i < 5; ++i) bench.step(1e-3);
-  const Outputs before = bench.look();
+  const Outputs before = bench.outputs();
   bench.step(1e-4);
-  const Outputs after = bench.look();
-  for (std::size_t i = 0; i < tca_count; ++i) {
+  const Outputs after = bench.outputs();
+  for (std::size_t i = 0; i < kTcas; ++i) {
     EXPECT_NEAR(after.delta_rate[i], (after.delta[i] - before.delta[i]) / 1e-4, 1e-9);
     EXPECT_GT(std::abs(after.delta_rate[i]), 1e-4);
   }
@@ -111,13 +111,13 @@ TEST(RodPade, ExchangedTensionsFollowTheGuessOnly) {
   p.closure = Closure::exchanged;
   GridBench exchanged(p, 21);
   exchanged.inputs = inside.inputs;
-  ASSERT_TRUE(inside.settle());
-  const Outputs truth = inside.look();
-  for (std::size_t i = 0; i < tca_count; ++i) exchanged.inputs.delta_guess[i][0] = truth.delta[i];
-  ASSERT_TRUE(exchanged.settle());
-  EXPECT_LT(difference(exchanged.look(), truth), 1e-9);
+  ASSERT_TRUE(inside.solve_equilibrium());
+  const Outputs truth = inside.outputs();
+  for (std::size_t i = 0; i < kTcas; ++i) exchanged.inputs.delta_guess[i][0] = truth.delta[i];
+  ASSERT_TRUE(exchanged.solve_equilibrium());
+  EXPECT_LT(difference(exchanged.outputs(), truth), 1e-9);
   exchanged.inputs.delta_guess[0][0] += 1e-3;
-  const Outputs off = exchanged.look();
+  const Outputs off = exchanged.outputs();
   EXPECT_NEAR(off.N[0] - truth.N[0], TcaLaw(p).stiffness() * 1e-3, 1e-6);
   EXPECT_NEAR(off.delta[0], truth.delta[0], 1e-9) << "delta belongs to the shape";
 }
@@ -130,7 +130,7 @@ TEST(RodPade, FreeMotionLosesEnergy) {
     bench.inputs.gravity[0][0] = 9.81;
     bench.inputs.T[1][0] = 320.0;
     const auto total = [&bench] {
-      const Outputs y = bench.look();
+      const Outputs y = bench.outputs();
       return y.energy_kinetic + y.energy_elastic + y.energy_gravity + y.energy_tca + y.energy_dissipated;
     };
     const double start = total();
@@ -138,9 +138,9 @@ TEST(RodPade, FreeMotionLosesEnergy) {
     for (int i = 0; i < 200; ++i) {
       bench.step(1e-3);
       EXPECT_LT(total(), last + 1e-9 * start);
-      EXPECT_GE(bench.look().energy_dissipated, heat);
+      EXPECT_GE(bench.outputs().energy_dissipated, heat);
       last = total();
-      heat = bench.look().energy_dissipated;
+      heat = bench.outputs().energy_dissipated;
     }
     EXPECT_LT(last, start);
     EXPECT_EQ(heat > 1e-6, retardation > 0.0);

@@ -23,7 +23,7 @@ TEST(RodPade, NewtonsFailureHalvesTheStepOrEndsItEarly) {
     const double h = 1e-3;
     bench.inputs.gravity[2][0] = -gravity;
     bench.step(h);
-    const Outputs y = bench.look();
+    const Outputs y = bench.outputs();
     return y.delta[0] / h / y.delta_rate[0];
   };
   EXPECT_NEAR(mean_against_last(10.0), 1.0, 1e-9);
@@ -72,8 +72,8 @@ TEST(RodPade, HeatAtAStrokeIsApproachedInShares) {
   bench.inputs.T[0][0] = other.inputs.T[0][0] = 598.15;
   bench.step(1e3);
   for (int i = 0; i < 3; ++i) bench.step(1e3);
-  ASSERT_TRUE(other.settle());
-  EXPECT_LT(difference(bench.look(), other.look()), 1e-3 * p.body_length);
+  ASSERT_TRUE(other.solve_equilibrium());
+  EXPECT_LT(difference(bench.outputs(), other.outputs()), 1e-3 * p.body_length);
 }
 
 TEST(RodPade, NoStepAllocates) {
@@ -84,8 +84,8 @@ TEST(RodPade, NoStepAllocates) {
   bench.step(1e-2);
   bench.inputs.T[0][0] = 500.0;  // approached in shares
   bench.step(1e-2);
-  bench.settle();
-  bench.look();
+  bench.solve_equilibrium();
+  bench.outputs();
   EXPECT_EQ(rod_test::allocations, before);
 }
 

@@ -47,14 +47,14 @@ TEST(RodPade, MeetsTheStrainPolynomialsAsTheStepShrinks) {
   shake(other.inputs, 0.04, 40, [&other](double h) {
     ASSERT_EQ(step_rosenbrock(other.rod, other.inputs, h, 1e-8, other.state, other.scratch).reached, h);
   });
-  const Outputs truth = other.look();
+  const Outputs truth = other.outputs();
   const Outputs coarse = shaken(p, 41, 320), fine = shaken(p, 41, 640);
   EXPECT_LT(difference(fine, truth), 0.55 * difference(coarse, truth));
   // Richardson's extrapolation to step 0.
   Outputs limit = fine;
-  for (std::size_t m = 0; m < shape_stations; ++m)
+  for (std::size_t m = 0; m < kShapeStations; ++m)
     for (int c = 0; c < 3; ++c) limit.shape[m][c] = 2 * fine.shape[m][c] - coarse.shape[m][c];
-  for (std::size_t i = 0; i < tca_count; ++i) limit.delta[i] = 2 * fine.delta[i] - coarse.delta[i];
+  for (std::size_t i = 0; i < kTcas; ++i) limit.delta[i] = 2 * fine.delta[i] - coarse.delta[i];
   EXPECT_LT(difference(limit, truth), 0.02 * difference(fine, truth));
 }
 
@@ -66,7 +66,7 @@ TEST(RodPade, DampedReleaseAgainstTheReference) {
     GridBench bench(p, 21);
     bench.inputs.gravity[0][0] = 9.81;
     for (int i = 0; i < steps; ++i) bench.step(row[0] / steps);
-    const Outputs y = bench.look();
+    const Outputs y = bench.outputs();
     return Eigen::Vector2d(1e3 * y.tip_p[2], 1e3 * y.tip_p[0]);
   };
   const Eigen::Vector2d truth(row[3], row[4]), coarse = tip(200), fine = tip(400);
@@ -80,7 +80,7 @@ TEST(RodPade, ComesToRestAtTheReferenceEquilibria) {
     Parameters p;
     p.body_retardation = 20e-3;
     const auto error = [&row](GridBench& bench) {
-      const Outputs y = bench.look();
+      const Outputs y = bench.outputs();
       double worst = 0.0;
       for (int c = 0; c < 3; ++c)
         worst = std::max({worst, std::abs(y.tip_p[c] - row[7 + c]), std::abs(y.delta[c] - row[13 + c])});
@@ -88,26 +88,26 @@ TEST(RodPade, ComesToRestAtTheReferenceEquilibria) {
     };
     const auto load = [&row](GridBench& bench) {
       for (int c = 0; c < 3; ++c) bench.inputs.gravity[c][0] = row[1 + c];
-      for (std::size_t i = 0; i < tca_count; ++i) bench.inputs.T[i][0] = row[4 + i] + 273.15;
+      for (std::size_t i = 0; i < kTcas; ++i) bench.inputs.T[i][0] = row[4 + i] + 273.15;
     };
     const auto after_damped_motion = [&](double h) {
       GridBench bench(p, 41);
       for (int i = 0; i < std::lround(1.0 / h); ++i) {  // loads grow for a second
         const double t = i * h;
         for (int c = 0; c < 3; ++c) bench.inputs.gravity[c] = {row[1 + c] * t, row[1 + c], 0.0, 0.0};
-        for (std::size_t k = 0; k < tca_count; ++k)
+        for (std::size_t k = 0; k < kTcas; ++k)
           bench.inputs.T[k] = {298.15 + (row[4 + k] - 25) * t, row[4 + k] - 25, 0.0, 0.0};
         bench.step(h);
       }
       bench.inputs = Inputs{};
       load(bench);
       for (int i = 0; i < std::lround(1.0 / h); ++i) bench.step(h);
-      EXPECT_LT(bench.look().energy_kinetic, 1e-20);
+      EXPECT_LT(bench.outputs().energy_kinetic, 1e-20);
       return error(bench);
     };
     GridBench placed(p, 41);
     load(placed);
-    ASSERT_TRUE(placed.settle());
+    ASSERT_TRUE(placed.solve_equilibrium());
     EXPECT_LT(error(placed), 1e-8);
     // After motion, what eps' fell short on the way remains; it shrinks with the step.
     const double coarse = after_damped_motion(10e-3), fine = after_damped_motion(5e-3);
@@ -121,8 +121,8 @@ TEST(RodPade, EquilibriaConvergeWithFourthOrder) {
     GridBench bench(twisted(0.0), points);
     bench.inputs.gravity[0][0] = 9.81;
     bench.inputs.T[0][0] = 340.0;
-    EXPECT_TRUE(bench.settle());
-    return bench.look();
+    EXPECT_TRUE(bench.solve_equilibrium());
+    return bench.outputs();
   };
   const Outputs fine = tip(161);
   EXPECT_GT(std::log2(difference(tip(11), fine) / difference(tip(21), fine)), 3.5);
@@ -133,6 +133,6 @@ TEST(RodPade, EquilibriaConvergeWithFourthOrder) {
   Bench other(p);
   other.inputs.gravity[0][0] = 9.81;
   other.inputs.T[0][0] = 340.0;
-  ASSERT_TRUE(other.settle());
-  EXPECT_LT(difference(fine, other.look()), 1e-8);
+  ASSERT_TRUE(other.solve_equilibrium());
+  EXPECT_LT(difference(fine, other.outputs()), 1e-8);
 }

@@ -7,12 +7,12 @@
 #include "pade/grid_rod.hpp"
 
 using namespace rod;
-using pade::tcas;
+using pade::kTcaDim;
 
 TEST(RodPadeScheme, EveryRowIsExactForQuarticsAndEveryIntervalForCubics) {
   for (int n : {5, 6, 9})
     for (int k = 0; k < n; ++k) {
-      const pade::Row row = pade::compact_row(k, n);
+      const pade::DifferenceRow row = pade::compact_row(k, n);
       for (int degree = 0; degree <= 5; ++degree) {
         double error = 0.0;
         for (int j = 0; j < row.count; ++j) {
@@ -25,10 +25,10 @@ TEST(RodPadeScheme, EveryRowIsExactForQuarticsAndEveryIntervalForCubics) {
           EXPECT_GT(std::abs(error), 0.1) << "row " << k << " of " << n << " would be of fifth order";
       }
       if (k == n - 1) continue;
-      const pade::Interval part = pade::interval(k, n);
+      const pade::IntervalRule part = pade::interval_rule(k, n);
       for (int degree = 0; degree <= 3; ++degree) {
         double sum = 0.0;
-        for (int j = 0; j < pade::reach; ++j) sum += part.weight[j] * std::pow(part.first + j, degree);
+        for (int j = 0; j < pade::kReach; ++j) sum += part.weight[j] * std::pow(part.first + j, degree);
         EXPECT_NEAR(sum, (std::pow(k + 1, degree + 1) - std::pow(k, degree + 1)) / (degree + 1), 1e-10);
       }
     }
@@ -40,7 +40,7 @@ TEST(RodPadeScheme, WavesNeitherGrowNorDecayWithTheClosuresChosen) {
     const int m = n - 1;
     Eigen::MatrixXd A = Eigen::MatrixXd::Zero(n, n), B = A;
     for (int k = 0; k < n; ++k) {
-      const pade::Row row = pade::compact_row(k, n);
+      const pade::DifferenceRow row = pade::compact_row(k, n);
       for (int j = 0; j < row.count; ++j)
         A(k, row.first + j) = row.slope[j], B(k, row.first + j) = (n - 1) * row.value[j];
     }
@@ -61,28 +61,28 @@ TEST(RodPadeScheme, WavesNeitherGrowNorDecayWithTheClosuresChosen) {
 
 TEST(RodPadeNode, DerivativesAreExact) {
   std::srand(3);
-  pade::Medium medium{.stiffness = pade::Six::Random().cwiseAbs(),
-                      .damping = pade::Six::Random().cwiseAbs(),
-                      .inertia = pade::Six::Random().cwiseAbs(),
-                      .reference = pade::Six::Unit(5),
-                      .mass = 0.7};
-  medium.inertia.tail<3>().setConstant(0.4);  // a mass is the same in all directions
-  for (double spin : {1e-3, 1.0}) {           // both forms of the rotation's coefficients
-    pade::Before before{
-        .z = pade::Unknowns::Random(), .gravity = pade::Three::Random(), .stretch = {}, .r = {}, .r_slope = {}};
+  pade::ScaledSection section{.stiffness = pade::Vector6::Random().cwiseAbs(),
+                              .damping = pade::Vector6::Random().cwiseAbs(),
+                              .inertia = pade::Vector6::Random().cwiseAbs(),
+                              .reference = pade::Vector6::Unit(5),
+                              .mass = 0.7};
+  section.inertia.tail<3>().setConstant(0.4);  // a mass is the same in all directions
+  for (double spin : {1e-3, 1.0}) {            // both forms of the rotation's coefficients
+    pade::PreviousNode before{
+        .z = pade::NodeVector::Random(), .gravity = pade::Vector3::Random(), .stretch = {}, .r = {}, .r_slope = {}};
     before.stretch.setOnes();
-    for (std::size_t i = 0; i < tca_count; ++i)
-      before.r[i] = 0.1 * pade::Three::Random(), before.r_slope[i] = 0.1 * pade::Three::Random();
-    pade::Unknowns z = pade::Unknowns::Random();
+    for (std::size_t i = 0; i < kTcas; ++i)
+      before.r[i] = 0.1 * pade::Vector3::Random(), before.r_slope[i] = 0.1 * pade::Vector3::Random();
+    pade::NodeVector z = pade::NodeVector::Random();
     z.segment<3>(6) *= spin;
-    pade::PerTcaVector N = pade::PerTcaVector::Random();
-    pade::Balance exact, ahead, behind;
-    balance(medium, before, z, N, exact);
+    pade::TcaVector N = pade::TcaVector::Random();
+    pade::NodeEquations exact, ahead, behind;
+    node_equations(section, before, z, N, exact);
     const double step = 1e-6;
-    for (int j = 0; j < pade::fields; ++j) {
-      const pade::Unknowns e = step * pade::Unknowns::Unit(j);
-      balance(medium, before, z + e, N, ahead);
-      balance(medium, before, z - e, N, behind);
+    for (int j = 0; j < pade::kFields; ++j) {
+      const pade::NodeVector e = step * pade::NodeVector::Unit(j);
+      node_equations(section, before, z + e, N, ahead);
+      node_equations(section, before, z - e, N, behind);
       EXPECT_LT(((ahead.eta_slope - behind.eta_slope) / (2 * step) - exact.eta_slope_z.col(j)).norm(), 1e-8);
       EXPECT_LT(((ahead.W - behind.W) / (2 * step) - exact.W_z.col(j)).norm(), 1e-8);
       EXPECT_LT(((ahead.W_slope - behind.W_slope) / (2 * step) - exact.W_slope_z.col(j)).norm(), 1e-8);
@@ -90,10 +90,10 @@ TEST(RodPadeNode, DerivativesAreExact) {
         EXPECT_LT(((ahead.stretch - behind.stretch) / (2 * step) - exact.stretch_xi.row(j).transpose()).norm(), 1e-8);
       }
     }
-    for (int i = 0; i < tcas; ++i) {
-      const pade::PerTcaVector e = step * pade::PerTcaVector::Unit(i);
-      balance(medium, before, z, N + e, ahead);
-      balance(medium, before, z, N - e, behind);
+    for (int i = 0; i < kTcaDim; ++i) {
+      const pade::TcaVector e = step * pade::TcaVector::Unit(i);
+      node_equations(section, before, z, N + e, ahead);
+      node_equations(section, before, z, N - e, behind);
       EXPECT_LT(((ahead.W - behind.W) / (2 * step) - exact.W_N.col(i)).norm(), 1e-8);
       EXPECT_LT(((ahead.W_slope - behind.W_slope) / (2 * step) - exact.W_slope_N.col(i)).norm(), 1e-8);
     }
@@ -101,44 +101,44 @@ TEST(RodPadeNode, DerivativesAreExact) {
 }
 
 TEST(RodPadeSolver, AgreesWithADenseSolverAlsoWhereDiagonalBlocksVanish) {
-  constexpr int fields = pade::fields, width = pade::reach * fields, columns = pade::FrontSolver::columns;
+  constexpr int kFields = pade::kFields, width = pade::kReach * kFields, kColumns = pade::FrontalSolver::kColumns;
   for (int n : {5, 6, 12}) {
-    pade::FrontSolver solver;
+    pade::FrontalSolver solver;
     solver.resize(n);
     for (int pass = 0; pass < 2; ++pass) {  // the second with the memory of the first
       std::srand(n + pass);
       solver.clear();
-      Eigen::MatrixXd A = Eigen::MatrixXd::Zero(n * fields, n * fields), B(n * fields, columns);
+      Eigen::MatrixXd A = Eigen::MatrixXd::Zero(n * kFields, n * kFields), B(n * kFields, kColumns);
       int at = 0;
       const auto add = [&](int first, int points, int own) {
-        pade::FrontSolver::Equation& e = solver.add(first);
-        for (int c = 0; c < std::min(width, points * fields); ++c) {
-          if (pass == 1 && c / fields == own) continue;  // no coefficients at the equation's own point
-          e.a[c] = A(at, first * fields + c) = Eigen::internal::random<double>(-1, 1);
+        pade::FrontalSolver::Equation& e = solver.add(first);
+        for (int c = 0; c < std::min(width, points * kFields); ++c) {
+          if (pass == 1 && c / kFields == own) continue;  // no coefficients at the equation's own point
+          e.a[c] = A(at, first * kFields + c) = Eigen::internal::random<double>(-1, 1);
         }
-        for (int s = 0; s < columns; ++s) e.b[s] = B(at, s) = Eigen::internal::random<double>(-1, 1);
+        for (int s = 0; s < kColumns; ++s) e.b[s] = B(at, s) = Eigen::internal::random<double>(-1, 1);
         ++at;
       };
       for (int k = 0; k < n; ++k)
         for (int half = 0; half < 2; ++half)
-          for (int j = 0; j < fields / 2; ++j) {
+          for (int j = 0; j < kFields / 2; ++j) {
             if (k == 0)
-              add(0, half ? pade::reach : 1, -1);
+              add(0, half ? pade::kReach : 1, -1);
             else if (k == n - 1)
-              half ? add(n - 1, 1, -1) : add(n - 4, pade::reach, -1);
+              half ? add(n - 1, 1, -1) : add(n - 4, pade::kReach, -1);
             else
               add(k - 1, 3, 1);
           }
-      ASSERT_EQ(at, n * fields);
+      ASSERT_EQ(at, n * kFields);
       ASSERT_TRUE(solver.solve());
       const Eigen::MatrixXd x = A.fullPivLu().solve(B);
-      for (int u = 0; u < n * fields; ++u)
-        for (int s = 0; s < columns; ++s)
-          EXPECT_NEAR(solver(u / fields, u % fields, s), x(u, s), 1e-8 * x.cwiseAbs().maxCoeff());
+      for (int u = 0; u < n * kFields; ++u)
+        for (int s = 0; s < kColumns; ++s)
+          EXPECT_NEAR(solver(u / kFields, u % kFields, s), x(u, s), 1e-8 * x.cwiseAbs().maxCoeff());
     }
     solver.clear();
     for (int k = 0; k < n; ++k)
-      for (int j = 0; j < fields; ++j) solver.add(k == n - 1 ? (j < 6 ? n - 4 : n - 1) : std::max(k - 1, 0));
+      for (int j = 0; j < kFields; ++j) solver.add(k == n - 1 ? (j < 6 ? n - 4 : n - 1) : std::max(k - 1, 0));
     EXPECT_FALSE(solver.solve()) << "a singular system must be noticed";
   }
 }

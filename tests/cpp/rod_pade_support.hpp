@@ -21,23 +21,23 @@ struct GridBench {
         memory(GridState::size(points)),
         state(memory.data(), points),
         scratch(rod.scratch()) {
-    rod.straighten(state);
+    rod.set_unloaded(state);
   }
 
-  Outputs look() {
+  Outputs outputs() {
     Outputs y;
     rod.outputs(loads_at(inputs, 0.0), state, y);
     return y;
   }
-  bool settle() { return rod.settle(loads_at(inputs, 0.0), state, scratch); }
+  bool solve_equilibrium() { return rod.solve_equilibrium(loads_at(inputs, 0.0), state, scratch); }
   void step(double h) { ASSERT_EQ(rod.step(inputs, h, state, scratch).reached, h); }
 
   /// u_i = lambda + kappa x r_i + r_i' at point k, and r_i.
-  pade::Three u(int k, int i, pade::Three& r) {
+  pade::Vector3 u(int k, int i, pade::Vector3& r) {
     const double s = parameters.body_length * k / (rod.points() - 1);
     const double angle = parameters.tca_azimuth[i] + parameters.tca_helix[i] * s;
-    r = parameters.tca_offset * pade::Three(std::cos(angle), std::sin(angle), 0.0);
-    const pade::Three slope = parameters.tca_helix[i] * pade::Three(-r[1], r[0], 0.0);
+    r = parameters.tca_offset * pade::Vector3(std::cos(angle), std::sin(angle), 0.0);
+    const pade::Vector3 slope = parameters.tca_helix[i] * pade::Vector3(-r[1], r[0], 0.0);
     return state.strain(k).tail<3>() + state.strain(k).head<3>().cross(r) + slope;
   }
 
@@ -52,9 +52,9 @@ struct GridBench {
 /// Distance of two shapes and sets of displacements [m].
 inline double difference(const Outputs& a, const Outputs& b) {
   double worst = 0.0;
-  for (std::size_t m = 0; m < shape_stations; ++m)
+  for (std::size_t m = 0; m < kShapeStations; ++m)
     for (int c = 0; c < 3; ++c) worst = std::max(worst, std::abs(a.shape[m][c] - b.shape[m][c]));
-  for (std::size_t i = 0; i < tca_count; ++i) worst = std::max(worst, std::abs(a.delta[i] - b.delta[i]));
+  for (std::size_t i = 0; i < kTcas; ++i) worst = std::max(worst, std::abs(a.delta[i] - b.delta[i]));
   return worst;
 }
 
@@ -77,14 +77,14 @@ void shake(Inputs& u, double end, int steps, const Stepper& step) {
 inline Parameters twisted(double retardation) {
   Parameters p;
   p.body_retardation = retardation;
-  for (std::size_t i = 0; i < tca_count; ++i) p.tca_helix[i] = i % 2 ? -20.0 : 30.0;
+  for (std::size_t i = 0; i < kTcas; ++i) p.tca_helix[i] = i % 2 ? -20.0 : 30.0;
   return p;
 }
 
 inline Outputs shaken(const Parameters& p, int points, int steps) {
   GridBench bench(p, points);
   shake(bench.inputs, 0.04, steps, [&bench](double h) { bench.step(h); });
-  return bench.look();
+  return bench.outputs();
 }
 
 }  // namespace rod_test

@@ -34,11 +34,11 @@ TEST_P(RodQuadrature, IntegratesPolynomialsExactly) {
 }
 
 TEST_P(RodQuadrature, KnowsThePolynomialsIntegrals) {
-  for (int a = 0; a < max_terms; ++a)
+  for (int a = 0; a < kMaxTerms; ++a)
     for (int k = 0; k < nodes; ++k) {
       double sum = 0.0;
       for (int j = 0; j < nodes; ++j) sum += grid.forward[j][k] * grid.legendre[a][j];
-      EXPECT_NEAR(grid.turned[a][k], sum, 1e-15);
+      EXPECT_NEAR(grid.legendre_integral[a][k], sum, 1e-15);
     }
 }
 
@@ -58,7 +58,7 @@ IntervalCurvature sample(const Quadrature& grid, const double (&c)[3][3]) {
   IntervalCurvature kappa;
   double from = 0.0;
   for (int e = 0; e < grid.intervals; ++e) {
-    for (int g = 0; g < points; ++g) {
+    for (int g = 0; g < kGaussPoints; ++g) {
       const double s = from + grid.length[e] * (0.5 + 0.5 * std::sqrt(0.6) * (g - 1));
       for (int axis = 0; axis < 3; ++axis) kappa[g][axis][e] = c[axis][0] + s * (c[axis][1] + s * c[axis][2]);
     }
@@ -110,7 +110,7 @@ TEST(RodRotations, AgreesWithManySmallTurns) {
 
 TEST(RodRotations, TurnsInAPlaneByAnyAngle) {
   for (double widest : {0.1, 3.9, 50.0}) {  // the last one by one
-    Lane angle;
+    ScalarField angle;
     for (int k = 0; k < 12; ++k) angle[k] = widest * (k - 5) / 6.0;
     RotationField R;
     rotate_in_plane<3>(angle, R);
@@ -160,11 +160,11 @@ TEST(RodParts, OutputsOfALookAreThoseBehindTheResidual) {
     bench.inputs.T[0][0] = 340.0;
     const RandomState x(bench.rod.unknowns(), 7);
     bench.state.q = x.q, bench.state.v = x.v, bench.state.a = x.a;
-    const Outputs whole = bench.look();
+    const Outputs whole = bench.outputs();
     Outputs y;
-    Work work;
+    Workspace work;
     const Loads loads = loads_at(bench.inputs, 0.0);
-    bench.rod.look(x.q.data(), x.v.data(), loads, work);
+    bench.rod.kinematics(x.q.data(), x.v.data(), loads, work);
     bench.rod.outputs(x.q.data(), x.v.data(), loads, work, y);
     EXPECT_EQ(y.shape, whole.shape);
     EXPECT_EQ(y.tip_v, whole.tip_v);

@@ -21,7 +21,7 @@ Inputs in_plane(double plane, const Parameters& p) {
   u.gravity[0] = {6.0 * c, 1.0 * c, 0, 0}, u.gravity[1] = {6.0 * s, 1.0 * s, 0, 0}, u.gravity[2] = {-2.0, 0, 0, 0};
   u.tip_force[0] = {1e-3 * c, 0, 0, 0}, u.tip_force[1] = {1e-3 * s, 0, 0, 0};
   u.tip_moment[0] = {-2e-5 * s, 0, 0, 0}, u.tip_moment[1] = {2e-5 * c, 0, 0, 0};
-  for (std::size_t i = 0; i < tca_count; ++i) u.T[i][0] += 15.0 * (1.0 + std::cos(p.tca_azimuth[i] - plane));
+  for (std::size_t i = 0; i < kTcas; ++i) u.T[i][0] += 15.0 * (1.0 + std::cos(p.tca_azimuth[i] - plane));
   return u;
 }
 
@@ -30,7 +30,7 @@ double difference(const Outputs& a, const Outputs& b) {
   const auto compare = [&worst](const auto& x, const auto& y, double scale) {
     for (std::size_t k = 0; k < x.size(); ++k) worst = std::max(worst, std::abs(x[k] - y[k]) / scale);
   };
-  for (std::size_t m = 0; m < shape_stations; ++m) compare(a.shape[m], b.shape[m], 0.04);
+  for (std::size_t m = 0; m < kShapeStations; ++m) compare(a.shape[m], b.shape[m], 0.04);
   compare(a.tip_euler, b.tip_euler, 1.0), compare(a.tip_quaternion, b.tip_quaternion, 1.0);
   compare(a.tip_v, b.tip_v, 1.0), compare(a.delta, b.delta, 0.04), compare(a.delta_rate, b.delta_rate, 1.0);
   compare(a.N, b.N, 1.0);
@@ -46,7 +46,7 @@ constexpr double third = 2.0 * std::numbers::pi / 3.0;
 }  // namespace
 
 TEST(RodPlanar, EqualsTheSpatialRodInEverySymmetryPlane) {
-  static_assert(tca_count == 3);
+  static_assert(kTcas == 3);
   for (Strains strains : {Strains::bending, Strains::extensible, Strains::kirchhoff, Strains::cosserat})
     for (int order : {0, 3, 4, 6})
       for (double plane : {0.0, third, -0.5 * third}) {
@@ -60,8 +60,8 @@ TEST(RodPlanar, EqualsTheSpatialRodInEverySymmetryPlane) {
                                                         : strains == Strains::cosserat ? 3
                                                                                        : 2));
         spatial.inputs = planar.inputs = in_plane(plane, p);
-        ASSERT_TRUE(spatial.settle() && planar.settle());
-        EXPECT_LT(difference(spatial.look(), planar.look()), 1e-10) << "at rest, order " << order;
+        ASSERT_TRUE(spatial.solve_equilibrium() && planar.solve_equilibrium());
+        EXPECT_LT(difference(spatial.outputs(), planar.outputs()), 1e-10) << "at rest, order " << order;
         for (Bench* bench : {&spatial, &planar}) {
           bench->inputs.T[0] = bench->inputs.T[1] = bench->inputs.T[2] = {298.15, 0, 0, 0};
           bench->state.next_step = 1e-3;
@@ -69,10 +69,10 @@ TEST(RodPlanar, EqualsTheSpatialRodInEverySymmetryPlane) {
             ASSERT_EQ(step_rosenbrock(bench->rod, bench->inputs, 1e-3, 1e9, bench->state, bench->scratch).reached,
                       1e-3);
         }
-        const Outputs moved = spatial.look();
+        const Outputs moved = spatial.outputs();
         EXPECT_GT(moved.energy_kinetic, 1e-9);
-        EXPECT_LT(difference(moved, planar.look()), 1e-10) << "moving, order " << order << ", plane " << plane;
-        EXPECT_LT(planar.look().out_of_plane, 1e-12);
+        EXPECT_LT(difference(moved, planar.outputs()), 1e-10) << "moving, order " << order << ", plane " << plane;
+        EXPECT_LT(planar.outputs().out_of_plane, 1e-12);
       }
 }
 
@@ -89,7 +89,7 @@ TEST(RodPlanar, ReleaseAgainstTheReference) {
     for (const auto& row : rows) {
       step_rosenbrock(bench.rod, bench.inputs, row[0] - t, damped ? 1e-7 : 1e-5, bench.state, bench.scratch);
       t = row[0];
-      const Outputs y = bench.look();
+      const Outputs y = bench.outputs();
       const double error = std::hypot(y.tip_p[2] * 1e3 - row[1 + 2 * damped], y.tip_p[0] * 1e3 - row[2 + 2 * damped]);
       EXPECT_LT(error, damped ? 2e-4 : t < 0.3 ? 2e-3 : 2e-2) << "t = " << t;  // mm
     }
@@ -101,8 +101,8 @@ TEST(RodPlanar, RollsUpToACircle) {
   p.planar = true;
   Bench bench(p);
   bench.inputs.tip_moment[1][0] = 2.0 * std::numbers::pi * Section::of(p).stiffness[1] / p.body_length;
-  ASSERT_TRUE(bench.settle());
-  for (double x : bench.look().tip_p) EXPECT_NEAR(x, 0.0, 1e-6 * p.body_length);
+  ASSERT_TRUE(bench.solve_equilibrium());
+  for (double x : bench.outputs().tip_p) EXPECT_NEAR(x, 0.0, 1e-6 * p.body_length);
 }
 
 TEST(RodPlanar, KeepsItsEnergy) {
@@ -110,10 +110,10 @@ TEST(RodPlanar, KeepsItsEnergy) {
   p.planar = true, p.order = 2;
   Bench bench(p);
   bench.inputs.tip_force[0][0] = 3e-3;
-  ASSERT_TRUE(bench.settle());
+  ASSERT_TRUE(bench.solve_equilibrium());
   bench.inputs.tip_force[0][0] = 0.0;
   const auto total = [&bench] {
-    const Outputs y = bench.look();
+    const Outputs y = bench.outputs();
     return y.energy_kinetic + y.energy_elastic + y.energy_tca;
   };
   const double before = total();
@@ -127,7 +127,7 @@ TEST(RodPlanar, StepsAllocateNothingAndRepeat) {
   Bench one(p), two(p);
   one.inputs = two.inputs = in_plane(0.0, p);
   const std::size_t before = rod_test::allocations;
-  one.settle();
+  one.solve_equilibrium();
   for (Bench* bench : {&one, &two}) {
     if (bench == &two) std::copy(one.memory.begin(), one.memory.end(), two.memory.begin());
     bench->inputs.gravity[0][0] = 3.0;
@@ -135,7 +135,7 @@ TEST(RodPlanar, StepsAllocateNothingAndRepeat) {
   for (Bench* bench : {&one, &two}) {
     EXPECT_EQ(step_rosenbrock(bench->rod, bench->inputs, 1e-2, 1e-6, bench->state, bench->scratch).reached, 1e-2);
     EXPECT_EQ(step_midpoint(bench->rod, bench->inputs, 1e-3, bench->state, bench->scratch).reached, 1e-3);
-    bench->look();
+    bench->outputs();
   }
   EXPECT_EQ(rod_test::allocations, before);
   EXPECT_EQ(one.memory, two.memory);
@@ -148,12 +148,12 @@ TEST(RodPlanar, MeasuresWhatIsLeftOut) {
   Bench bench(p);
   bench.inputs.tip_moment[0][0] = moment * std::cos(p.plane);
   bench.inputs.tip_moment[1][0] = moment * std::sin(p.plane);  // about the plane's own axis: all of it across
-  EXPECT_NEAR(bench.look().out_of_plane, moment * p.body_length / Section::of(p).stiffness[0], 1e-15);
+  EXPECT_NEAR(bench.outputs().out_of_plane, moment * p.body_length / Section::of(p).stiffness[0], 1e-15);
   bench.inputs = Inputs{};
   const double force = 1e-4;
   bench.inputs.tip_force[0][0] = -force * std::sin(p.plane), bench.inputs.tip_force[1][0] = force * std::cos(p.plane);
   const double clamp = force * p.body_length * p.body_length / Section::of(p).stiffness[0];
-  const double seen = bench.look().out_of_plane;  // at the first node, which is close to the clamp
+  const double seen = bench.outputs().out_of_plane;  // at the first node, which is close to the clamp
   EXPECT_LT(seen, clamp);
   EXPECT_GT(seen, 0.98 * clamp);
   // Uneven heat across the plane: EI kappa = k r stroke (sin a_2 - sin a_3), to first order.
@@ -163,7 +163,7 @@ TEST(RodPlanar, MeasuresWhatIsLeftOut) {
   heated.inputs.T[1][0] += 1.0;
   const TcaLaw law(hot);
   const double couple = law.stiffness() * hot.tca_offset * law.free_stroke(hot.T_0 + 1.0) * std::sin(third);
-  EXPECT_NEAR(heated.look().out_of_plane, couple * hot.body_length / Section::of(hot).stiffness[0], 1e-12);
+  EXPECT_NEAR(heated.outputs().out_of_plane, couple * hot.body_length / Section::of(hot).stiffness[0], 1e-12);
 }
 
 TEST(RodPlanarFmu, RefusesWhatIsNotSymmetric) {

@@ -19,8 +19,8 @@ double reference_error(int order) {
     Bench bench(p);
     for (int c = 0; c < 3; ++c) bench.inputs.gravity[c][0] = row[1 + c];
     for (int i = 0; i < 3; ++i) bench.inputs.T[i][0] = row[4 + i] + 273.15;
-    EXPECT_TRUE(bench.settle());
-    const Outputs y = bench.look();
+    EXPECT_TRUE(bench.solve_equilibrium());
+    const Outputs y = bench.outputs();
     for (int c = 0; c < 3; ++c)
       worst = std::max({worst, std::abs(y.tip_p[c] - row[7 + c]), std::abs(y.delta[c] - row[13 + c])});
   }
@@ -30,7 +30,7 @@ double reference_error(int order) {
 }  // namespace
 
 TEST(RodStatics, ReferencesAreMetFromOrderFourOn) {
-  for (int order = 4; order <= highest_order; ++order) EXPECT_LT(reference_error(order), 2e-7) << "order " << order;
+  for (int order = 4; order <= kMaxOrder; ++order) EXPECT_LT(reference_error(order), 2e-7) << "order " << order;
 }
 
 TEST(RodStatics, ConvergesSpectrallyInTheOrder) {
@@ -44,10 +44,10 @@ TEST(RodStatics, WithoutLoadsBodyAndActuatorsCarryNoWrench) {
   Parameters p;
   Bench bench(p);
   bench.inputs.T[0][0] = 350.0, bench.inputs.T[1][0] = 320.0;
-  ASSERT_TRUE(bench.settle());
-  bench.look();
+  ASSERT_TRUE(bench.solve_equilibrium());
+  bench.outputs();
   const Section section = Section::of(p);
-  const Work& work = bench.scratch.newton.work;
+  const Workspace& work = bench.scratch.newton.work;
   // Strain is constant: the order-0 coefficients are the strains, and W = K (xi - xi*) + sum N [r x t; t] must vanish.
   for (int j = 6; j < bench.rod.unknowns(); ++j) EXPECT_NEAR(bench.state.q[j], 0.0, 1e-12);
   for (int k = 0; k < quadrature(p.order).nodes; ++k) {
@@ -56,7 +56,7 @@ TEST(RodStatics, WithoutLoadsBodyAndActuatorsCarryNoWrench) {
                 section.stiffness[2] * bench.state.q[2] / p.body_length};
     Vec3 force{section.stiffness[3] * bench.state.q[3], section.stiffness[4] * bench.state.q[4],
                section.stiffness[5] * bench.state.q[5]};
-    for (std::size_t i = 0; i < tca_count; ++i) {
+    for (std::size_t i = 0; i < kTcas; ++i) {
       couple = couple + (work.tension[i].value * p.body_length) * work.arm[i].at(k);
       force = force + work.tension[i].value * work.t[i].at(k);
     }
@@ -75,7 +75,7 @@ TEST(RodStatics, SmallStrainClosedForms) {
   Bench all(p), one(p);
   for (auto& T : all.inputs.T) T[0] = p.T_0 + dT;
   one.inputs.T[0][0] = p.T_0 + dT;
-  ASSERT_TRUE(all.settle() && one.settle());
+  ASSERT_TRUE(all.solve_equilibrium() && one.solve_equilibrium());
   const double c = law.free_stroke(p.T_0 + dT);
   const double stretch = 3 * k * c / (EA + 3 * k * L), curvature = k * r * c / (EI + 1.5 * k * L * r * r);
   EXPECT_NEAR(all.state.q[5], stretch, 1e-5 * stretch);
@@ -90,10 +90,10 @@ TEST(RodStatics, HigherOrdersChangeNothingWithoutLoads) {
   Bench rich(p);
   for (Bench* bench : {&constant, &rich}) {
     bench->inputs.T[0][0] = 360.0, bench->inputs.T[2][0] = 310.0;
-    ASSERT_TRUE(bench->settle());
+    ASSERT_TRUE(bench->solve_equilibrium());
   }
-  const Outputs a = constant.look(), b = rich.look();
-  for (std::size_t i = 0; i < tca_count; ++i) EXPECT_NEAR(a.delta[i], b.delta[i], 1e-9 * std::abs(a.delta[i]));
+  const Outputs a = constant.outputs(), b = rich.outputs();
+  for (std::size_t i = 0; i < kTcas; ++i) EXPECT_NEAR(a.delta[i], b.delta[i], 1e-9 * std::abs(a.delta[i]));
   for (int c = 0; c < 3; ++c) EXPECT_NEAR(a.tip_p[c], b.tip_p[c], 1e-9 * p.body_length);
 }
 
@@ -101,8 +101,8 @@ TEST(RodStatics, RollUpClosesOnItself) {
   Parameters p = rod_test::bare_rod();
   Bench bench(p);
   bench.inputs.tip_moment[1][0] = 2 * M_PI * Section::of(p).stiffness[1] / p.body_length;
-  ASSERT_TRUE(bench.settle());
-  const Outputs y = bench.look();
+  ASSERT_TRUE(bench.solve_equilibrium());
+  const Outputs y = bench.outputs();
   for (double x : y.tip_p) EXPECT_NEAR(x, 0.0, 1e-12);
 }
 
@@ -118,8 +118,8 @@ TEST(RodStatics, ElasticaUnderADeadTipForce) {
   for (const auto& [load, deflection, shortening, angle] : known) {
     Bench bench(p);
     bench.inputs.tip_force[0][0] = load * Section::of(p).stiffness[0] / (p.body_length * p.body_length);
-    ASSERT_TRUE(bench.settle());
-    const Outputs y = bench.look();
+    ASSERT_TRUE(bench.solve_equilibrium());
+    const Outputs y = bench.outputs();
     EXPECT_NEAR(y.tip_p[0] / p.body_length, deflection, 1e-6);
     EXPECT_NEAR(1.0 - y.tip_p[2] / p.body_length, shortening, 1e-6);
     EXPECT_NEAR(y.tip_euler[1], angle, 1e-5);
@@ -127,7 +127,7 @@ TEST(RodStatics, ElasticaUnderADeadTipForce) {
 }
 
 TEST(RodStatics, LongRodsAndStiffActuatorsUnderGravityFindAnEquilibrium) {
-  int found = 0, tried = 0;
+  int computed = 0, tried = 0;
   for (double length : {0.06, 0.08, 0.1})
     for (double stiffness : {1e2, 1e3, 1e4})
       for (double gravity : {-9.81, 9.81}) {
@@ -138,10 +138,10 @@ TEST(RodStatics, LongRodsAndStiffActuatorsUnderGravityFindAnEquilibrium) {
         Bench bench(p);
         bench.inputs.gravity[0][0] = 3.0, bench.inputs.gravity[2][0] = gravity;
         bench.inputs.T[0][0] = 340.0;
-        found += bench.settle();
+        computed += bench.solve_equilibrium();
         ++tried;
       }
-  EXPECT_EQ(found, tried);
+  EXPECT_EQ(computed, tried);
 }
 
 TEST(RodStatics, QuasiStaticStepsKnowHowTheEquilibriumMoves) {
@@ -155,11 +155,11 @@ TEST(RodStatics, QuasiStaticStepsKnowHowTheEquilibriumMoves) {
       for (Polynomial& guess : bench.inputs.delta_guess) guess = {1e-3 + 1e-3 * t, 1e-3, 0.0, 0.0};
       bench.inputs.tip_force[1] = {1e-3 * t, 1e-3, 0.0, 0.0};
       EXPECT_EQ(step_static(bench.rod, bench.inputs, 1e-9, bench.state, bench.scratch).reached, 1e-9);
-      return bench.look();
+      return bench.outputs();
     };
     const double e = 1e-4;
     const Outputs before = at(1.0 - e), here = at(1.0), after = at(1.0 + e);
-    for (std::size_t i = 0; i < tca_count; ++i)
+    for (std::size_t i = 0; i < kTcas; ++i)
       EXPECT_NEAR(here.delta_rate[i], (after.delta[i] - before.delta[i]) / (2 * e),
                   1e-6 * std::abs(here.delta_rate[0]));
     for (int c = 0; c < 3; ++c)
@@ -174,9 +174,9 @@ TEST(RodStatics, ViolentLoadsConvergeOrAreRefused) {
       bench.inputs.tip_force[0][0] = force;
       bench.inputs.gravity[1][0] = 1000.0;
       bench.inputs.T[0][0] += kelvin;
-      const bool found = bench.settle();
+      const bool computed = bench.solve_equilibrium();
       EXPECT_TRUE(bench.state.q.allFinite());
-      if (!found) {
+      if (!computed) {
         EXPECT_EQ(bench.state.q.norm(), 0.0) << "a failed solve must leave the state alone";
       }
     }

@@ -22,14 +22,14 @@ struct Bench {
   explicit Bench(const rod::Parameters& p)
       : parameters(p), rod(p), memory(rod::State::size(rod.unknowns())), state(memory.data(), rod.unknowns()) {}
 
-  rod::Outputs look() {
+  rod::Outputs outputs() {
     rod::Outputs y;
     const rod::Loads loads = rod::loads_at(inputs, 0.0);
     rod.residual(state.q.data(), state.v.data(), state.a.data(), loads, scratch.newton.work, scratch.r);
     rod.outputs(state.q.data(), state.v.data(), loads, scratch.newton.work, y);
     return y;
   }
-  bool settle() { return rod::settle(rod, rod::loads_at(inputs, 0.0), state, scratch); }
+  bool solve_equilibrium() { return rod::solve_equilibrium(rod, rod::loads_at(inputs, 0.0), state, scratch); }
 
   rod::Parameters parameters;
   rod::Inputs inputs;

@@ -14,8 +14,7 @@ Inputs all_loads() {
   u.gravity[0] = {5.0, 1.0, 0, 0}, u.gravity[2] = {-3.0, 0, 0, 0};
   u.tip_force[1] = {0.01, 0.02, 0, 0}, u.tip_force[2] = {-0.02, 0, 0, 0};
   u.tip_moment[0] = {1e-4, 0, 0, 0}, u.tip_moment[2] = {2e-4, -1e-4, 0, 0};
-  for (std::size_t i = 0; i < tca_count; ++i)
-    u.T[i] = {330.0 + 10.0 * i, 3.0, 0, 0}, u.delta_guess[i] = {1e-3, 1e-3, 0, 0};
+  for (std::size_t i = 0; i < kTcas; ++i) u.T[i] = {330.0 + 10.0 * i, 3.0, 0, 0}, u.delta_guess[i] = {1e-3, 1e-3, 0, 0};
   return u;
 }
 
@@ -39,7 +38,7 @@ TEST_P(RodTangent, IsTheDerivativeOfTheResidual) {
   const Rod rod(parameters());
   const int n = rod.unknowns();
   const Loads loads = loads_at(all_loads(), 0.0);
-  Work work, other;
+  Workspace work, other;
   Vector r, out;
   for (unsigned seed = 1; seed <= 3; ++seed) {
     const RandomState x(n, seed);
@@ -70,7 +69,7 @@ TEST_P(RodTangent, StaticToo) {
   const Rod rod(parameters());
   const int n = rod.unknowns();
   const Loads loads = loads_at(all_loads(), 0.0);
-  Work work, other;
+  Workspace work, other;
   Vector r, out;
   const RandomState x(n, 7), d(n, 8);
   rod.residual(x.q.data(), nullptr, nullptr, loads, work, r);
@@ -88,7 +87,7 @@ TEST_P(RodTangent, KnowsHowLoadsChange) {
   const Rod rod(parameters());
   const Inputs u = all_loads();
   const RandomState x(rod.unknowns(), 5);
-  Work work, other;
+  Workspace work, other;
   Vector r, out, dr;
   rod.residual(x.q.data(), x.v.data(), x.a.data(), loads_at(u, 0.0), work, r);
   rod.load_derivative(work, loads_at(u, 0.0), load_rates_at(u, 0.0), dr);
@@ -102,5 +101,5 @@ TEST_P(RodTangent, KnowsHowLoadsChange) {
 INSTANTIATE_TEST_SUITE_P(AllSets, RodTangent,
                          testing::Combine(testing::Values(Strains::bending, Strains::extensible, Strains::kirchhoff,
                                                           Strains::cosserat),
-                                          testing::Bool(), testing::Range(0, highest_order + 1),
+                                          testing::Bool(), testing::Range(0, kMaxOrder + 1),
                                           testing::Values(Closure::inside, Closure::exchanged)));

@@ -15,10 +15,10 @@ TEST(Count, EvenHeatStretchesAndBendsByTheSmallStrainForms) {
   const double EI = section.stiffness[0], EA = section.stiffness[5], k = law.stiffness(), L = p.body_length;
   Bench bench(p);
   for (Polynomial& T : bench.inputs.T) T[0] = p.T_0 + 1e-4;
-  ASSERT_TRUE(bench.settle());
+  ASSERT_TRUE(bench.solve_equilibrium());
   const double push = k * law.free_stroke(p.T_0 + 1e-4);
-  const double N = tca_count, r = p.tca_offset;
-  if (tca_count > 1) {  // even azimuths: no bending
+  const double N = kTcas, r = p.tca_offset;
+  if (kTcas > 1) {  // even azimuths: no bending
     EXPECT_NEAR(bench.state.q[5], N * push / (EA + N * k * L), 1e-6 * bench.state.q[5]);
     EXPECT_NEAR(bench.state.q[1], 0.0, 1e-6 * bench.state.q[5]);
   } else {  // EA e = F, EI kappa = -r F, F = push - k L (e - r kappa)
@@ -34,9 +34,9 @@ TEST(Count, TangentIsExact) {
   const Rod rod(p);
   const rod_test::RandomState x(rod.unknowns(), 1), d(rod.unknowns(), 2);
   Inputs u;
-  for (std::size_t i = 0; i < tca_count; ++i) u.T[i][0] += 10.0 * (i + 1);
+  for (std::size_t i = 0; i < kTcas; ++i) u.T[i][0] += 10.0 * (i + 1);
   const Loads loads = loads_at(u, 0.0);
-  Work work, other;
+  Workspace work, other;
   Vector r, out;
   Matrix J;
   rod.residual(x.q.data(), x.v.data(), x.a.data(), loads, work, r);
@@ -57,10 +57,10 @@ TEST(Count, PlanarIsSpatialWhereHeatIsSymmetric) {
   for (Bench* bench : {&spatial, &planar}) {
     bench->inputs.gravity[0][0] = 3.0;
     bench->inputs.T[0][0] += 20.0;
-    ASSERT_TRUE(bench->settle());
+    ASSERT_TRUE(bench->solve_equilibrium());
   }
-  const Outputs a = spatial.look(), b = planar.look();
+  const Outputs a = spatial.outputs(), b = planar.outputs();
   for (int c = 0; c < 3; ++c) EXPECT_NEAR(a.tip_p[c], b.tip_p[c], 1e-12);
-  for (std::size_t i = 0; i < tca_count; ++i) EXPECT_NEAR(a.delta[i], b.delta[i], 1e-12);
+  for (std::size_t i = 0; i < kTcas; ++i) EXPECT_NEAR(a.delta[i], b.delta[i], 1e-12);
   EXPECT_LT(b.out_of_plane, 1e-12);
 }

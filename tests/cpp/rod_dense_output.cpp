@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "integration/look_ahead.hpp"
+#include "integration/dense_output.hpp"
 #include "rod_support.hpp"
 
 using namespace rod;
@@ -28,9 +28,9 @@ void step(Bench& bench, double h, double tolerance) {
 
 }  // namespace
 
-TEST(RodLookAhead, FollowsPolynomialsOfDegreeFive) {
+TEST(RodDenseOutput, FollowsPolynomialsOfDegreeFive) {
   Bench bench = released(5e-3);
-  const auto put = [](Moment& moment, double t) {  // another one for every unknown
+  const auto put = [](MotionState& moment, double t) {  // another one for every unknown
     for (int k = 0; k < moment.q.size(); ++k) {
       const double c = 1.0 + 0.3 * k, t2 = t * t, t3 = t2 * t;
       moment.q[k] = 0.1 + c * t - 2.0 * t2 + c * t3 - 3.0 * t2 * t2 + c * t3 * t2;
@@ -43,7 +43,7 @@ TEST(RodLookAhead, FollowsPolynomialsOfDegreeFive) {
   bench.state.left = end;
   Bench truth = released(5e-3);
   for (double t : {0.05, 0.2, 0.55}) {  // each from the one before
-    move_towards(bench.rod, t - (end - bench.state.left), bench.state);
+    interpolate_to(bench.rod, t - (end - bench.state.left), bench.state);
     put(truth.state, t);
     EXPECT_LT((bench.state.q - truth.state.q).norm(), 1e-13);
     EXPECT_LT((bench.state.v - truth.state.v).norm(), 1e-12);
@@ -52,7 +52,7 @@ TEST(RodLookAhead, FollowsPolynomialsOfDegreeFive) {
   }
 }
 
-TEST(RodLookAhead, ShortCommunicationStepsCostLittleAndKeepTheTolerance) {
+TEST(RodDenseOutput, ShortCommunicationStepsCostLittleAndKeepTheTolerance) {
   for (double retardation : {0.0, 5e-3})
     for (double tolerance : {1e-2, 1e-4}) {
       SCOPED_TRACE(testing::Message() << "retardation " << retardation << ", tolerance " << tolerance);
@@ -61,7 +61,7 @@ TEST(RodLookAhead, ShortCommunicationStepsCostLittleAndKeepTheTolerance) {
       double worst = 0.0, heat = 0.0;
       for (int i = 0; i < 200; ++i) {
         step(often, h, tolerance), step(fine, h, 1e-9);
-        const Outputs a = often.look(), b = fine.look();
+        const Outputs a = often.outputs(), b = fine.outputs();
         worst = std::max(worst, std::hypot(a.tip_p[0] - b.tip_p[0], a.tip_p[2] - b.tip_p[2]));
         heat = std::max(heat, std::abs(often.state.dissipated - fine.state.dissipated));
       }
@@ -73,7 +73,7 @@ TEST(RodLookAhead, ShortCommunicationStepsCostLittleAndKeepTheTolerance) {
     }
 }
 
-TEST(RodLookAhead, MovedInputsMakeItVoid) {
+TEST(RodDenseOutput, MovedInputsMakeItVoid) {
   Bench bench = released(5e-3);
   for (int i = 0; i < 40; ++i) step(bench, 1e-3, 1e-3);
   ASSERT_GT(bench.state.left, 0.0);
@@ -95,13 +95,13 @@ TEST(RodLookAhead, MovedInputsMakeItVoid) {
   EXPECT_GE(bench.rod.evaluations() - before, 5 * 8);
 }
 
-TEST(RodLookAhead, RestStaysRest) {
+TEST(RodDenseOutput, RestStaysRest) {
   Parameters p;
   p.body_retardation = 5e-3;
   Bench bench(p);
   bench.inputs.gravity[0][0] = 9.81;
   bench.inputs.T[0][0] = 330.0;
-  ASSERT_TRUE(bench.settle());
+  ASSERT_TRUE(bench.solve_equilibrium());
   const Vector still = bench.state.q;
   for (int i = 0; i < 5000; ++i) {
     step(bench, 0.01, 1e-6);

@@ -1,4 +1,5 @@
-#include "integration/look_ahead.hpp"
+// Quintic Hermite interpolation of the strains within an internal step.
+#include "integration/dense_output.hpp"
 
 #include <algorithm>
 #include <cstring>
@@ -9,16 +10,16 @@ namespace rod {
 namespace {
 
 bool is_constant(const Inputs& u) {
-  const auto constant = [](const Polynomial& p) { return p[1] == 0.0 && p[2] == 0.0 && p[3] == 0.0; };
+  const auto constant = [](const Polynomial& p) { return core::is_constant(p); };
   const auto all = [&](const auto& inputs) { return std::ranges::all_of(inputs, constant); };
   return all(u.T) && all(u.delta_guess) && all(u.gravity) && all(u.tip_force) && all(u.tip_moment);
 }
 
 }  // namespace
 
-bool stand_still(const Inputs& u, State& state) {
+bool record_constant_inputs(const Inputs& u, State& state) {
   if (!is_constant(u)) {
-    state.loads[0] = std::numeric_limits<double>::infinity();  // which no input can be
+    state.loads[0] = std::numeric_limits<double>::infinity();  // no finite input equals it
     return false;
   }
   const Loads loads = loads_at(u, 0.0);
@@ -27,9 +28,9 @@ bool stand_still(const Inputs& u, State& state) {
   return same;
 }
 
-void move_towards(const Rod& rod, double elapsed, State& state) {
-  const Moment& end = state.ahead;
-  const double T = state.left, x = elapsed / T, x2 = x * x, x3 = x2 * x, x4 = x3 * x, x5 = x4 * x;
+void interpolate_to(const Rod& rod, double elapsed, State& state) {
+  const MotionState& end = state.ahead;
+  const double T = state.time_ahead, x = elapsed / T, x2 = x * x, x3 = x2 * x, x4 = x3 * x, x5 = x4 * x;
   const auto power = [&rod](const auto& v) { return rod.damping().dot(v.cwiseAbs2()); };
   const double from = power(state.v), to = power(end.v);
   const double heat = end.dissipated - state.dissipated;
@@ -56,7 +57,7 @@ void move_towards(const Rod& rod, double elapsed, State& state) {
     state.v[k] = at(first) / T;
     state.a[k] = at(second) / (T * T);
   }
-  state.left -= elapsed;
+  state.time_ahead -= elapsed;
 }
 
 }  // namespace rod
