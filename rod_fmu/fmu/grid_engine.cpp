@@ -19,7 +19,7 @@ class GridEngine final : public Engine {
     rod_.set_unloaded(now);
   }
 
-  bool solve_equilibrium(std::span<double> memory, const Loads& loads) override {
+  core::Status solve_equilibrium(std::span<double> memory, const Loads& loads) override {
     GridState now = state(memory);
     return rod_.solve_equilibrium(loads, now, scratch_);
   }

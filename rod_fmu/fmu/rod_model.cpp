@@ -42,7 +42,8 @@ fmu::Status check_plane(const Parameters& p) {
   for (std::size_t i = 0; i < kTcas; ++i) {
     const auto mirrors = [&](std::size_t j) {
       const double sum = p.tca_azimuth[i] + p.tca_azimuth[j] - 2.0 * p.plane;
-      return std::abs(std::sin(0.5 * sum)) < kAngleTolerance && std::abs(p.tca_helix[i] + p.tca_helix[j]) < kAngleTolerance;
+      return std::abs(std::sin(0.5 * sum)) < kAngleTolerance &&
+             std::abs(p.tca_helix[i] + p.tca_helix[j]) < kAngleTolerance;
     };
     bool mirrored = false;
     for (std::size_t j = 0; j < kTcas; ++j) mirrored = mirrored || mirrors(j);
@@ -134,8 +135,9 @@ bool RodModel::rates_along(double, std::span<const double> dx, std::span<double>
 }
 
 bool RodModel::drift(std::span<double> rate) {
-  return !data_.parameters.dynamic && engine_->equilibrium_rate(engine_memory(), loads_at(data_.inputs, 0.0),
-                                                     load_rates_at(data_.inputs, 0.0), rate.first(rate.size() - 1));
+  return !data_.parameters.dynamic &&
+         engine_->equilibrium_rate(engine_memory(), loads_at(data_.inputs, 0.0), load_rates_at(data_.inputs, 0.0),
+                                   rate.first(rate.size() - 1));
 }
 
 fmu::Status RodModel::evaluate(double t) {

@@ -1,4 +1,4 @@
-// The rod as a model for the FMU runtime.
+// Adapter of the rod to the FMI runtime.
 #pragma once
 
 #include <memory>
@@ -26,15 +26,15 @@ class RodModel final : public fmu::Model {
   bool rates_along(double t, std::span<const double> dx, std::span<double> ddx) override;
 
  private:
-  /// The engine's part of the memory.
+  /// Memory of the engine, without the count of evaluations.
   std::span<double> engine_memory() { return std::span(memory_).first(memory_.size() - 1); }
   template <class Call>
   auto counted(Call call);
 
   Data data_;
-  std::vector<double> memory_;  // the engine's, then the count of evaluations
+  std::vector<double> memory_;  // memory of the engine, then the count of evaluations
   std::unique_ptr<Engine> engine_;
-  bool warned_ = false;  // of forces across a plane: once is enough
+  bool warned_ = false;  // a warning of forces across the plane was logged
 };
 
 }  // namespace rod

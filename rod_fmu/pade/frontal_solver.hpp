@@ -1,6 +1,6 @@
-// Frontal elimination with row pivoting of a matrix whose rows each extend over at most four neighbouring grid points: a
-// front of the rows with coefficients at one point moves along the grid, so work and memory are linear in the points. Rows
-// are exchanged across points because the diagonal blocks of the paper's scheme vanish as the time step grows.
+// Frontal elimination with row pivoting of a matrix whose rows each extend over at most four neighbouring grid points:
+// a front of the rows with coefficients at one point moves along the grid, so work and memory are linear in the points.
+// Rows are exchanged across points because the diagonal blocks of the paper's scheme vanish as the time step grows.
 #pragma once
 
 #include <array>
@@ -26,8 +26,9 @@ class FrontalSolver {
 
   /// Starts a new system.
   void clear();
-  /// Adds an equation whose first point is `first`, with zero coefficients. There must be 24 for point 0, 12 for each of
-  /// 1 ... n - 3, 6 more for n - 4 and 6 for n - 1: those of the compact scheme with half of the closures at each end.
+  /// Adds an equation whose first point is `first`, with zero coefficients. There must be 24 for point 0, 12 for each
+  /// of 1 ... n - 3, 6 more for n - 4 and 6 for n - 1: those of the compact scheme with half of the closures at each
+  /// end.
   Equation& add(int first);
   /// Returns false if the matrix is singular or not finite. Overwrites the equations.
   bool solve();

@@ -100,8 +100,8 @@ void GridRod::fit_stretch(const GridState& state) const {
 }
 
 void GridRod::fit_pose(const GridState& state) const {
-  // g' = g xi^ from g(0) = I (Eq. 5): the Magnus expansion of order 4 for the rotation, then p' = R lambda. The rotation vector
-  // of an interval is the integral of kappa plus spacing^2/12 kappa_k x kappa_{k+1}.
+  // g' = g xi^ from g(0) = I (Eq. 5): the Magnus expansion of order 4 for the rotation, then p' = R lambda. The
+  // rotation vector of an interval is the integral of kappa plus spacing^2/12 kappa_k x kappa_{k+1}.
   Eigen::Quaterniond turn = Eigen::Quaterniond::Identity();
   state.quaternion(0) << 1.0, 0.0, 0.0, 0.0;
   for (int k = 0; k + 1 < points_; ++k) {
@@ -128,7 +128,7 @@ void GridRod::fit_pose(const GridState& state) const {
   }
 }
 
-TcaVector GridRod::displacements(const Constconst GridState& state) const {
+TcaVector GridRod::displacements(const ConstGridState& state) const {
   TcaVector delta = -reference_length_;
   for (int k = 0; k < points_; ++k) delta += weight_[k] * state.stretch(k);
   return delta;
@@ -207,7 +207,8 @@ Residual assemble(StepEquations& s, const TcaLaw& law, const std::vector<double>
   }
   residual.size = residual.closure.squaredNorm();
 
-  // Each write() adds six equations value = 0, with their derivatives in the unknowns of each point and in the tensions.
+  // Each write() adds six equations value = 0, with their derivatives in the unknowns of each point and in the
+  // tensions.
   scratch.solver.clear();
   Vector6 value;
   Eigen::Matrix<double, 6, pade::kReach * pade::kFields> slope;
@@ -268,8 +269,8 @@ Residual assemble(StepEquations& s, const TcaLaw& law, const std::vector<double>
   return residual;
 }
 
-/// Solves for the correction of delta after the grid is eliminated, by the Schur complement S d = rhs; the correction of
-/// delta is -d.
+/// Solves for the correction of delta after the grid is eliminated, by the Schur complement S d = rhs; the correction
+/// of delta is -d.
 template <class StepEquations>
 TcaVector border(const StepEquations& s, const std::vector<double>& weight, const Residual& residual,
                  const GridScratch& scratch) {
@@ -319,8 +320,8 @@ bool GridRod::newton(StepEquations& s, double withheld, GridScratch& scratch) co
   return false;
 }
 
-/// Applies the step's change of tensions and tip load in parts. A TCA that is heated suddenly, for example, compresses a
-/// body that has not moved yet so much that the section loses its stiffness in shear and Newton's method diverges.
+/// Applies the step's change of tensions and tip load in parts. A TCA that is heated suddenly, for example, compresses
+/// a body that has not moved yet so much that the section loses its stiffness in shear and Newton's method diverges.
 bool GridRod::newton_with_homotopy(StepEquations& s, GridScratch& scratch) const {
   TcaVector firm_delta = s.delta_before;
   for (int k = 0; k < points_; ++k) scratch.accepted[k] = scratch.before[k].z;

@@ -74,7 +74,8 @@ void node_equations(const ScaledSection& section, const PreviousNode& before, co
   out.W_z.leftCols<6>().diagonal() = section.stiffness + section.damping;
   add_actuators(before, z, N, out);
 
-  // Balance of momentum (Eq. 23): m' = -kappa x m - lambda x n + J w. + w x J w,  n' = -kappa x n - weight + mass (v. + w x v).
+  // Balance of momentum (Eq. 23): m' = -kappa x m - lambda x n + J w. + w x J w,  n' = -kappa x n - weight + mass (v. +
+  // w x v).
   const Vector3 m = out.W.head<3>(), n = out.W.tail<3>(), J = section.inertia.head<3>(),
                 mass = section.inertia.tail<3>();
   const Vector3 spin = J.cwiseProduct(w), momentum = mass.cwiseProduct(v);

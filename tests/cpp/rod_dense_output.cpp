@@ -40,15 +40,15 @@ TEST(RodDenseOutput, FollowsPolynomialsOfDegreeFive) {
   };
   constexpr double end = 0.6;
   put(bench.state, 0.0), put(bench.state.ahead, end);
-  bench.state.left = end;
+  bench.state.time_ahead = end;
   Bench truth = released(5e-3);
   for (double t : {0.05, 0.2, 0.55}) {  // each from the one before
-    interpolate_to(bench.rod, t - (end - bench.state.left), bench.state);
+    interpolate_to(bench.rod, t - (end - bench.state.time_ahead), bench.state);
     put(truth.state, t);
     EXPECT_LT((bench.state.q - truth.state.q).norm(), 1e-13);
     EXPECT_LT((bench.state.v - truth.state.v).norm(), 1e-12);
     EXPECT_LT((bench.state.a - truth.state.a).norm(), 1e-10);
-    EXPECT_NEAR(bench.state.left, end - t, 1e-15);
+    EXPECT_NEAR(bench.state.time_ahead, end - t, 1e-15);
   }
 }
 
@@ -69,30 +69,30 @@ TEST(RodDenseOutput, ShortCommunicationStepsCostLittleAndKeepTheTolerance) {
       EXPECT_LE(heat, 3.0 * tolerance * fine.state.dissipated);
       step(seldom, 200 * h, tolerance);
       const long looks = 200;  // of this test
-      EXPECT_LT(often.rod.evaluations() - looks, 1.2 * seldom.rod.evaluations() + 40);
+      EXPECT_LT(often.scratch.evaluations() - looks, 1.2 * seldom.scratch.evaluations() + 40);
     }
 }
 
 TEST(RodDenseOutput, MovedInputsMakeItVoid) {
   Bench bench = released(5e-3);
   for (int i = 0; i < 40; ++i) step(bench, 1e-3, 1e-3);
-  ASSERT_GT(bench.state.left, 0.0);
+  ASSERT_GT(bench.state.time_ahead, 0.0);
   Bench other = released(5e-3);
   other.memory = bench.memory;
-  State(other.memory.data(), other.rod.unknowns()).left = 0.0;  // as if there had been nothing ahead
+  State(other.memory.data(), other.rod.unknowns()).time_ahead = 0.0;  // as if there had been nothing ahead
   State now(other.memory.data(), other.rod.unknowns());
   for (Bench* each : {&bench, &other}) each->inputs.T[1] = {each->inputs.T[1][0], 50.0, 0.0, 0.0};
   step(bench, 1e-3, 1e-3);
   step_rosenbrock(other.rod, other.inputs, 1e-3, 1e-3, now, other.scratch);
   EXPECT_EQ(bench.memory, other.memory);
-  EXPECT_EQ(bench.state.left, 0.0);
-  const long before = bench.rod.evaluations();
+  EXPECT_EQ(bench.state.time_ahead, 0.0);
+  const long before = bench.scratch.evaluations();
   for (int i = 0; i < 5; ++i) {  // every communication step is one of the method's own
     bench.inputs.T[1] = {bench.inputs.T[1][0] + 0.05, 50.0, 0.0, 0.0};
     step(bench, 1e-3, 1e-3);
-    EXPECT_EQ(bench.state.left, 0.0);
+    EXPECT_EQ(bench.state.time_ahead, 0.0);
   }
-  EXPECT_GE(bench.rod.evaluations() - before, 5 * 8);
+  EXPECT_GE(bench.scratch.evaluations() - before, 5 * 8);
 }
 
 TEST(RodDenseOutput, RestStaysRest) {
@@ -107,5 +107,5 @@ TEST(RodDenseOutput, RestStaysRest) {
     step(bench, 0.01, 1e-6);
     ASSERT_LT((bench.state.q - still).lpNorm<Eigen::Infinity>(), 1e-9) << "step " << i;
   }
-  EXPECT_LT(bench.rod.evaluations(), 5000);
+  EXPECT_LT(bench.scratch.evaluations(), 5000);
 }

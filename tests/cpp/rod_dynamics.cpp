@@ -27,7 +27,7 @@ namespace {
 
 constexpr double loose = 1e9;  // a tolerance that accepts every step
 
-Advance advance(Bench& bench, Method method, double h, double tolerance) {
+StepOutcome advance(Bench& bench, Method method, double h, double tolerance) {
   switch (method) {
     case Method::backward_euler:
       return step_backward_euler(bench.rod, bench.inputs, h, bench.state, bench.scratch);
@@ -242,10 +242,10 @@ TEST(RodDynamics, AbsurdTensionsAreRefusedQuickly) {
       p.closure = Closure::exchanged;
       Bench bench(p);
       for (Polynomial& delta : bench.inputs.delta_guess) delta[0] = guess;
-      const Advance result = advance(bench, method, 0.1, 1e-6);
+      const StepOutcome result = advance(bench, method, 0.1, 1e-6);
       EXPECT_LT(bench.state.q.lpNorm<Eigen::Infinity>(), kMaxStrain);
       EXPECT_LT(result.reached, 0.1);
-      EXPECT_FALSE(result.trouble.empty());
+      EXPECT_FALSE(result.status.is_ok());
     }
   }
 }
@@ -260,8 +260,8 @@ TEST(RodDynamics, ViolentStepsEndAndStayFinite) {
     bench.inputs.gravity[2][0] = -1000.0;
     bench.inputs.T[0][0] = 600.0;
     const double h = method == Method::rosenbrock ? 0.1 : 10.0;
-    const Advance result = advance(bench, method, h, 1e-4);
+    const StepOutcome result = advance(bench, method, h, 1e-4);
     EXPECT_TRUE(bench.state.q.allFinite() && bench.state.v.allFinite());
-    EXPECT_TRUE(result.reached == h || !result.trouble.empty());
+    EXPECT_TRUE(result.reached == h || !result.status.is_ok());
   }
 }

@@ -62,10 +62,11 @@ TEST(RodEvaluations, OfOneStepAreItsStages) {
   Bench bench(p);
   bench.state.next_step = h;
   ASSERT_EQ(step_rosenbrock(bench.rod, bench.inputs, h, 1e-3, bench.state, bench.scratch).reached, h);
-  EXPECT_EQ(bench.rod.evaluations(), 8) << "one step at rest: the eight stages of RODAS5P, the first at its start";
+  EXPECT_EQ(bench.scratch.evaluations(), 8) << "one step at rest: the eight stages of RODAS5P, the first at its start";
   bench.inputs.T[0][1] = 1e-9;  // not still, for a step of its own
   ASSERT_EQ(step_rosenbrock_3(bench.rod, bench.inputs, h, 1e-3, bench.state, bench.scratch).reached, h);
-  EXPECT_EQ(bench.rod.evaluations(), 8 + 3) << "the four of RODAS3, the first two at its start";
+  EXPECT_EQ(bench.scratch.evaluations(), 8 + 3) << "the four of RODAS3, the first two at its start";
   ASSERT_EQ(step_static(bench.rod, bench.inputs, h, bench.state, bench.scratch).reached, h);
-  EXPECT_EQ(bench.rod.evaluations(), 8 + 3 + 2) << "at an equilibrium: one iteration of Newton's method, and its check";
+  EXPECT_EQ(bench.scratch.evaluations(), 8 + 3 + 2)
+      << "at an equilibrium: one iteration of Newton's method, and its check";
 }

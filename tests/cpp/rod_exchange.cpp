@@ -18,8 +18,8 @@ fmi2ValueReference reference(const std::string& name) {
   return static_cast<fmi2ValueReference>(std::ranges::find(rows, name, &fmu::Variable::name) - rows.begin());
 }
 
-/// Where each unknown stands among the states of the largest rod.
-std::vector<int> places(const Rod& rod) {
+/// Index of each unknown among the states of the largest rod.
+std::vector<int> state_indices(const Rod& rod) {
   std::vector<int> where;
   for (int k = 0; k < rod.unknowns(); ++k) {
     std::vector<double> states(kStrainStates);
@@ -63,11 +63,11 @@ class RodExchange : public testing::TestWithParam<std::tuple<Strains, int, bool>
 TEST_P(RodExchange, RatesAndTheirDerivativesAreExact) {
   const Rod rod(p);
   const int n = rod.unknowns();
-  const std::vector<int> place = places(rod);
+  const std::vector<int> index = state_indices(rod);
   const RandomState at(n, 5);
   Instance instance(p);
   std::vector<double> x(2 * kStrainStates + 1), dx(x.size());
-  for (int k = 0; k < n; ++k) x[place[k]] = at.q[k], x[kStrainStates + place[k]] = at.v[k];
+  for (int k = 0; k < n; ++k) x[index[k]] = at.q[k], x[kStrainStates + index[k]] = at.v[k];
   ASSERT_EQ(fmi2SetContinuousStates(instance.fmu, x.data(), x.size()), fmi2OK);
   const double T = 320.0;
   const fmi2ValueReference heated = reference("T[1]");
@@ -85,8 +85,8 @@ TEST_P(RodExchange, RatesAndTheirDerivativesAreExact) {
   const Eigen::PartialPivLU<Eigen::MatrixXd> mass{Eigen::MatrixXd(M)};
   a = -mass.solve(r);
   for (int k = 0; k < n; ++k) {
-    EXPECT_EQ(dx[place[k]], at.v[k]);
-    EXPECT_NEAR(dx[kStrainStates + place[k]], a[k], 1e-9 * a.cwiseAbs().maxCoeff());
+    EXPECT_EQ(dx[index[k]], at.v[k]);
+    EXPECT_NEAR(dx[kStrainStates + index[k]], a[k], 1e-9 * a.cwiseAbs().maxCoeff());
   }
   EXPECT_NEAR(dx.back(), rod.damping().dot(at.v.cwiseAbs2()), 1e-12 * dx.back());
 
@@ -100,9 +100,9 @@ TEST_P(RodExchange, RatesAndTheirDerivativesAreExact) {
   exact << -mass.solve(Eigen::MatrixXd(K)), -mass.solve(Eigen::MatrixXd(D)), -mass.solve(Eigen::VectorXd(r_T));
   const auto first = reference("strain[1,1]"), first_rate = reference("der(strain[1,1])");
   std::vector<fmi2ValueReference> unknowns;
-  for (int k = 0; k < n; ++k) unknowns.push_back(first_rate + kStrainStates + place[k]);
+  for (int k = 0; k < n; ++k) unknowns.push_back(first_rate + kStrainStates + index[k]);
   for (int j = 0; j <= 2 * n; ++j) {
-    const fmi2ValueReference known = j == 2 * n ? heated : first + (j < n ? 0 : kStrainStates) + place[j % n];
+    const fmi2ValueReference known = j == 2 * n ? heated : first + (j < n ? 0 : kStrainStates) + index[j % n];
     const double seed = 1.0;
     ASSERT_EQ(fmi2GetDirectionalDerivative(instance.fmu, unknowns.data(), n, &known, 1, &seed, &computed(0, j)),
               fmi2OK);

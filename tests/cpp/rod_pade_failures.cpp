@@ -31,10 +31,10 @@ TEST(RodPade, NewtonsFailureHalvesTheStepOrEndsItEarly) {
 
   GridBench part(Parameters{}, 21);
   part.inputs.gravity[1][0] = 3000.0;
-  const Advance some = part.rod.step(part.inputs, 0.01, part.state, part.scratch);
+  const StepOutcome some = part.rod.step(part.inputs, 0.01, part.state, part.scratch);
   EXPECT_GT(some.reached, 0.0);
   EXPECT_LT(some.reached, 0.01);
-  EXPECT_FALSE(some.trouble.empty());
+  EXPECT_FALSE(some.status.is_ok());
   for (double x : part.memory) EXPECT_TRUE(std::isfinite(x));
   EXPECT_GT(part.rod.step(part.inputs, 1e-5, part.state, part.scratch).reached, 0.0) << "on it goes, slowly";
 
@@ -53,8 +53,8 @@ TEST(RodPade, ViolentStepsConvergeOrLeaveTheStateUsable) {
         bench.inputs.tip_force[0][0] = force;
         bench.inputs.T[0][0] += kelvin;
         const std::vector<double> before = bench.memory;
-        const Advance result = bench.rod.step(bench.inputs, h, bench.state, bench.scratch);
-        EXPECT_TRUE(result.reached == h ? result.trouble.empty() : !result.trouble.empty());
+        const StepOutcome result = bench.rod.step(bench.inputs, h, bench.state, bench.scratch);
+        EXPECT_TRUE(result.reached == h ? result.status.is_ok() : !result.status.is_ok());
         for (double x : bench.memory) EXPECT_TRUE(std::isfinite(x));
         if (result.reached == 0.0) {
           EXPECT_EQ(bench.memory, before);

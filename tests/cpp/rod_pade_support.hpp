@@ -1,4 +1,4 @@
-// The paper's scheme on a grid with its state, for tests: solve, step, shake, look, compare.
+// Test bench: the paper's scheme on a grid with its state and inputs.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -29,7 +29,7 @@ struct GridBench {
     rod.outputs(loads_at(inputs, 0.0), state, y);
     return y;
   }
-  bool solve_equilibrium() { return rod.solve_equilibrium(loads_at(inputs, 0.0), state, scratch); }
+  bool solve_equilibrium() { return rod.solve_equilibrium(loads_at(inputs, 0.0), state, scratch).is_ok(); }
   void step(double h) { ASSERT_EQ(rod.step(inputs, h, state, scratch).reached, h); }
 
   /// u_i = lambda + kappa x r_i + r_i' at point k, and r_i.

@@ -13,20 +13,20 @@ namespace {
 template <class Pair>
 class RodRosenbrock : public testing::Test {
  protected:
-  static constexpr int n = Pair::stages;
+  static constexpr int n = Pair::kStages;
   using Table = Eigen::Matrix<double, n, n>;
   using Weights = Eigen::Matrix<double, n, 1>;
 
   RodRosenbrock() {
     Table A = Table::Zero(), C = Table::Zero();
     for (int i = 1; i < n; ++i) {
-      if (i >= Pair::direct) A.row(i) = A.row(i - 1), A(i, i - 1) = 1.0;
+      if (i >= Pair::kDirect) A.row(i) = A.row(i - 1), A(i, i - 1) = 1.0;
       for (int j = 0; j < i; ++j) {
-        if (i < Pair::direct) A(i, j) = Pair::A[i - 1][j];
-        C(i, j) = Pair::C[i - 1][j];
+        if (i < Pair::kDirect) A(i, j) = Pair::kA[i - 1][j];
+        C(i, j) = Pair::kC[i - 1][j];
       }
     }
-    const Table inverse = Table::Identity() / Pair::gamma - C;  // of the matrix of gamma_ij
+    const Table inverse = Table::Identity() / Pair::kGamma - C;  // of the matrix of gamma_ij
     const Table gamma = inverse.inverse();
     alpha = A * gamma;  // U = Gamma k
     beta = alpha + gamma;
@@ -49,10 +49,10 @@ constexpr double rounding = 1e-10;
 }  // namespace
 
 TYPED_TEST(RodRosenbrock, NodesAreThoseOfItsStages) {
-  for (int i = 0; i < TypeParam::stages; ++i) {
-    EXPECT_NEAR(this->node[i], TypeParam::node[i], rounding);
-    EXPECT_NEAR(this->time_weight[i], TypeParam::time_weight[i], rounding);
-    EXPECT_TRUE(i >= TypeParam::shared || TypeParam::node[i] == 0.0);
+  for (int i = 0; i < TypeParam::kStages; ++i) {
+    EXPECT_NEAR(this->node[i], TypeParam::kNode[i], rounding);
+    EXPECT_NEAR(this->time_weight[i], TypeParam::kTimeWeight[i], rounding);
+    EXPECT_TRUE(i >= TypeParam::kShared || TypeParam::kNode[i] == 0.0);
   }
 }
 
@@ -72,8 +72,8 @@ TYPED_TEST(RodRosenbrock, ConditionsOfItsOrderHold) {
     EXPECT_NEAR(b.dot(this->beta * a2), 1.0 / 12.0, rounding);
     EXPECT_NEAR(b.dot(this->beta * (this->beta * slope)), 1.0 / 24.0, rounding);
   };
-  check(this->weights, TypeParam::order);
-  check(this->embedded, TypeParam::order - 1);
+  check(this->weights, TypeParam::kOrder);
+  check(this->embedded, TypeParam::kOrder - 1);
 }
 
 TYPED_TEST(RodRosenbrock, StiffModesVanish) {

@@ -1,4 +1,4 @@
-// A rod with its state, for tests: solve, step, look.
+// Test bench: a rod with its state and inputs; random states, finite differences and reference data.
 #pragma once
 
 #include <algorithm>
@@ -29,7 +29,7 @@ struct Bench {
     rod.outputs(state.q.data(), state.v.data(), loads, scratch.newton.work, y);
     return y;
   }
-  bool solve_equilibrium() { return rod::solve_equilibrium(rod, rod::loads_at(inputs, 0.0), state, scratch); }
+  bool solve_equilibrium() { return rod::solve_equilibrium(rod, rod::loads_at(inputs, 0.0), state, scratch).is_ok(); }
 
   rod::Parameters parameters;
   rod::Inputs inputs;

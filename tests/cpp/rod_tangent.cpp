@@ -72,12 +72,12 @@ TEST_P(RodTangent, StaticToo) {
   Workspace work, other;
   Vector r, out;
   const RandomState x(n, 7), d(n, 8);
-  rod.residual(x.q.data(), nullptr, nullptr, loads, work, r);
+  rod.static_residual(x.q.data(), loads, work, r);
   Matrix J;
   rod.tangent(work, {.q = 1.0}, J);
   const auto along = [&](double e) {
     const Vector q = x.q + e * d.q;
-    rod.residual(q.data(), nullptr, nullptr, loads, other, out);
+    rod.static_residual(q.data(), loads, other, out);
     return out;
   };
   EXPECT_LT(error(along, J * d.q), bound * J.norm() * d.q.norm());
