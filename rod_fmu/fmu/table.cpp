@@ -51,7 +51,7 @@ void add_parameters(fmu::Table<rod::Data>& table, const rod::Parameters& p) {
       .nominal(2.5e-3);
   for (std::size_t i = 0; i < rod::kTcas; ++i)
     table.parameter(fmu::indexed("tca.azimuth", i), p.tca_azimuth[i], "rad", "azimuth of the TCA at the clamp")
-        .range(-100 * turn, 100 * kFullTurn);
+        .range(-100 * kFullTurn, 100 * kFullTurn);
   for (std::size_t i = 0; i < rod::kTcas; ++i)
     table
         .parameter(fmu::indexed("tca.helix", i), p.tca_helix[i], "rad/m",
@@ -95,7 +95,7 @@ void add_parameters(fmu::Table<rod::Data>& table, const rod::Parameters& p) {
   table.parameter("planar", p.planar, "",
                   "true: motion in one plane through the axis; forces across it are left out, see out_of_plane");
   table.parameter("plane", p.plane, "rad", "azimuth of the plane of motion from the x axis, used when planar = true")
-      .range(-100 * turn, 100 * kFullTurn);
+      .range(-100 * kFullTurn, 100 * kFullTurn);
   table.parameter("order", p.order, "", "degree of the strain polynomials").range(0, rod::kMaxOrder);
   table.parameter("grid_points", p.grid_points, "", "grid points along the rod, used when method = pade_euler")
       .range(rod::kMinGridPoints, rod::kMaxGridPoints);
