@@ -91,9 +91,9 @@ def _sweeps() -> str:
     return "\n\n".join(
         [
             "## Sweeps",
-            "A TOML file. " + inspect.cleandoc(sweep.Settings.__doc__),
+            "A TOML file. " + inspect.cleandoc(sweep.SweepSettings.__doc__),
             _table(("key", "what"), [(f"`{key}`", meaning) for key, meaning in sweep.KEYS.items()]),
-            _settings(sweep.Settings),
+            _settings(sweep.SweepSettings),
         ]
     )
 

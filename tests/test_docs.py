@@ -66,7 +66,7 @@ def test_every_key_is_there_once_with_its_meaning() -> None:
     for title, kind in tables.items():
         assert entries(section(title)) == Counter(list(declared(kind)))
         assert all(v.description for v in declared(kind).values())
-    assert entries(section("## Sweeps")) == Counter([*sweep.KEYS, *declared(sweep.Settings)])
+    assert entries(section("## Sweeps")) == Counter([*sweep.KEYS, *declared(sweep.SweepSettings)])
 
 
 @pytest.mark.parametrize("name", ["thermal", "rod"])

@@ -30,7 +30,7 @@ def gap(overrides: tuple[str, ...], step: float) -> float:
     scene = read("step", [*DAMPED, *overrides, f"coupling.macro_step={step}"])
     coupled = run(scene)
     times = np.linspace(0.0, 0.5, 6)
-    alone = monolith.run(scene, 1e-12, times)
+    alone = monolith.solve_monolith(scene, 1e-12, times)
     nearest = [int(np.abs(coupled["time"].to_numpy() - t).argmin()) for t in times]
     return float(np.abs(coupled["rod.delta"].to_numpy()[nearest] - alone["rod.delta"].to_numpy()).max())
 
@@ -49,7 +49,7 @@ def test_the_scenes_of_the_paper_agree(scene: str) -> None:
     """The master closes the TCA loop by iteration, the monolith inside the rod; the switch is an event at 15 s."""
     described = read(scene, ["stop_time=16", "coupling.macro_step=0.2"])
     coupled = run(described)
-    alone = monolith.run(described, times=coupled["time"].to_numpy())
+    alone = monolith.solve_monolith(described, times=coupled["time"].to_numpy())
     assert set(alone.data_vars) == set(coupled.data_vars)
     assert float(np.abs(coupled["rod.delta"] - alone["rod.delta"]).max()) < 1e-8
     assert float(np.abs(coupled["rod.tip.p"] - alone["rod.tip.p"]).max()) < 1e-7
@@ -73,7 +73,7 @@ def test_scenes_with_loads_and_impulses_agree(scene: str, stop: float, apart: fl
     """Largest distance of the tips [m]. The blow of `tap` is a cubic per macro step to the co-simulation."""
     described = read(scene, [f"stop_time={stop}"])
     coupled = run(described)
-    alone = monolith.run(described, 1e-9, coupled["time"].to_numpy())
+    alone = monolith.solve_monolith(described, 1e-9, coupled["time"].to_numpy())
     assert float(np.abs(coupled["rod.tip.p"] - alone["rod.tip.p"]).max()) < apart
     assert float(np.ptp(coupled["rod.tip.p"].to_numpy(), axis=0).max()) > 1e-4  # something happens
 
@@ -85,24 +85,24 @@ def test_quasi_static_feedback_is_solved_within_every_evaluation() -> None:
     for step in (0.05, 0.025):
         scene = read("step", ["stop_time=1", "rod.closure=inside", f"coupling.macro_step={step}", *FEEDBACK])
         coupled = run(scene)
-        alone = monolith.run(scene, times=times)["rod.delta"].to_numpy()
+        alone = monolith.solve_monolith(scene, times=times)["rod.delta"].to_numpy()
         nearest = [int(np.abs(coupled["time"].to_numpy() - t).argmin()) for t in times]
         errors.append(np.abs(coupled["rod.delta"].to_numpy()[nearest] - alone).max())
     assert math.log2(errors[0] / errors[1]) == pytest.approx(2, abs=0.3)
     assert errors[1] < 1e-6
-    without = monolith.run(read("step", ["stop_time=1"]), times=times)["rod.delta"].to_numpy()
+    without = monolith.solve_monolith(read("step", ["stop_time=1"]), times=times)["rod.delta"].to_numpy()
     assert np.abs(without - alone).max() > 1e-5
 
 
 def test_what_has_no_states_says_so() -> None:
     with pytest.raises(SubsystemError, match="pade_euler"):
-        monolith.run(read("step", ["rod.dynamic=true", "rod.method=pade_euler"]))
+        monolith.solve_monolith(read("step", ["rod.dynamic=true", "rod.method=pade_euler"]))
 
 
 def test_an_algebraic_loop_is_refused() -> None:
     wires = "connections=['thermal.T -> rod.T', 'rod.delta -> thermal.delta', 'thermal.P[1] -> thermal.V[1]']"
     with pytest.raises(SceneError, match=r"units differ|depend on each other"):
-        monolith.run(read("step", [wires]))
+        monolith.solve_monolith(read("step", [wires]))
 
 
 # -- modes
@@ -126,7 +126,7 @@ def nearest(found: monolith.Modes, known: float) -> monolith.Mode:
 
 def test_frequencies_of_the_bare_rod() -> None:
     """Timoshenko's beam: bending 1 to 3, axial, torsion."""
-    found = monolith.modes(read("step", BARE))
+    found = monolith.natural_modes(read("step", BARE))
     for known in (5.0149, 26.471, 62.150, 37.1479, 21.4473):
         assert nearest(found, known).frequency == pytest.approx(known, rel=1e-4)
     assert abs(found.modes[0].damping) < 1e-9
@@ -135,15 +135,15 @@ def test_frequencies_of_the_bare_rod() -> None:
 def test_frequencies_with_cold_tcas_wherever_the_loop_is_closed() -> None:
     """The generalised eigenproblem of the rod's own mass and stiffness gives 6.35289 Hz."""
     undamped = ("rod.order=7", "rod.body.retardation=0")
-    inside = monolith.modes(read("step", ["rod.dynamic=true", "rod.closure=inside", *undamped]))
-    quasi_static = monolith.modes(read("step", undamped))
+    inside = monolith.natural_modes(read("step", ["rod.dynamic=true", "rod.closure=inside", *undamped]))
+    quasi_static = monolith.natural_modes(read("step", undamped))
     for found in (inside, quasi_static):
         assert [mode.frequency for mode in found.modes[:2]] == pytest.approx([6.35289, 6.35289], rel=1e-6)
 
 
 def test_damping_ratio_of_a_kelvin_voigt_body() -> None:
     """retardation * omega / 2, for modes of the body alone."""
-    found = monolith.modes(read("step", [*BARE, "rod.body.retardation=0.001"]))
+    found = monolith.natural_modes(read("step", [*BARE, "rod.body.retardation=0.001"]))
     for known in (5.0149, 26.471):
         mode = nearest(found, known)
         assert mode.damping == pytest.approx(0.0005 * 2 * math.pi * known, rel=1e-4)
@@ -151,11 +151,11 @@ def test_damping_ratio_of_a_kelvin_voigt_body() -> None:
 
 
 def test_a_later_time_is_that_of_the_moving_system() -> None:
-    hot = monolith.modes(read("step", ["rod.order=3"]), 20.0)
-    cold = monolith.modes(read("step", ["rod.order=3"]))
+    hot = monolith.natural_modes(read("step", ["rod.order=3"]), 20.0)
+    cold = monolith.natural_modes(read("step", ["rod.order=3"]))
     split = [hot.modes[1].frequency / hot.modes[0].frequency, cold.modes[1].frequency / cold.modes[0].frequency]
     assert split[0] > 1.001 > split[1]  # the bent rod is stiffer in one direction
-    moving = monolith.modes(read("step", [*DAMPED]), 0.2)
+    moving = monolith.natural_modes(read("step", [*DAMPED]), 0.2)
     assert moving.growing < 1e-6
 
 
@@ -163,7 +163,7 @@ def test_an_upright_rod_beyond_its_buckling_load_grows() -> None:
     weight = 7.837 * 1.8555e-5 / (1070 * math.pi * 25e-6 * 0.04**3)  # gravity of the known load [m/s2]
     slender = ("rod.strains=bending", "rod.order=5", "rod.start_at_equilibrium=true")
     for share, grows in ((0.99, False), (1.01, True)):
-        found = monolith.modes(read("step", [*BARE, *slender, f"rod.gravity=[0, 0, {-share * weight}]"]))
+        found = monolith.natural_modes(read("step", [*BARE, *slender, f"rod.gravity=[0, 0, {-share * weight}]"]))
         assert (found.growing > 0.1) == grows
 
 

@@ -14,18 +14,18 @@ from dask.distributed import LocalCluster
 from tca_cosim import SceneError, read, results
 from tca_cosim.files import save_figure
 from tca_cosim.parallel import spread
-from tca_cosim.studies.stability import KINDS, Study, Verdict, chart, oscillators, rod, sweep
-from tca_cosim.studies.stability.theory import Beam, limit
+from tca_cosim.studies.stability import KINDS, StabilityStudy, Verdict, chart, oscillators, rod, run_study
+from tca_cosim.studies.stability.theory import Beam, stability_limit
 
 MOVING = ("rod.dynamic=true",)
 
 
 def beam(*overrides: str) -> Beam:
-    return rod.beam(read("plain", [*rod.FIRST, *overrides]))
+    return rod.beam_of(read("plain", [*rod.DEFAULTS, *overrides]))
 
 
 def judged(overrides: tuple[str, ...], method: str, waveform: str, step: float, ratio: float) -> Verdict:
-    return rod.judge("plain", overrides, beam().stiffness, method, waveform, step, ratio)
+    return rod.judge_run("plain", overrides, beam().stiffness, method, waveform, step, ratio)
 
 
 # -- theory
@@ -75,7 +75,7 @@ def test_a_beam_without_shear_bends_as_euler_and_bernoulli_say() -> None:
 )
 def test_the_fmus_fail_where_theory_says(method: str, waveform: str, beyond: str, overrides: tuple[str, ...]) -> None:
     step = 2e-3
-    edge = limit(beam(*overrides), np.array([step]), method, waveform, rod.OMEGA)[0]
+    edge = stability_limit(beam(*overrides), np.array([step]), method, waveform, rod.OMEGA)[0]
     below, above = (judged(overrides, method, waveform, step, factor * edge) for factor in (0.93, 1.07))
     assert below.kind == "converged"
     assert above.kind == beyond
@@ -83,13 +83,13 @@ def test_the_fmus_fail_where_theory_says(method: str, waveform: str, beyond: str
 
 @pytest.mark.parametrize("step", [1e-3, 1e-2])
 def test_the_gain_of_a_moving_rod_is_that_of_theory(step: float) -> None:
-    edge = limit(beam(*MOVING), np.array([step]), "plain", "linear", rod.OMEGA)[0]
+    edge = stability_limit(beam(*MOVING), np.array([step]), "plain", "linear", rod.OMEGA)[0]
     assert judged(MOVING, "plain", "linear", step, 0.9 * edge).gain == pytest.approx(0.9, rel=2e-3)
 
 
 @pytest.mark.parametrize("method", ["aitken", "iqn", "broyden", "newton", "tangent"])
 def test_accelerated_methods_pass_the_limit_of_plain_iteration(method: str) -> None:
-    edge = limit(beam(), np.array([0.1]), "plain", "linear", rod.OMEGA)[0]
+    edge = stability_limit(beam(), np.array([0.1]), "plain", "linear", rod.OMEGA)[0]
     verdict = judged((), method, "linear", 0.1, 3.0 * edge)
     assert verdict.kind == "converged"
     assert verdict.gain == pytest.approx(3.0, rel=0.05)
@@ -98,11 +98,11 @@ def test_accelerated_methods_pass_the_limit_of_plain_iteration(method: str) -> N
 
 def test_what_theory_does_not_cover_is_refused() -> None:
     with pytest.raises(SceneError, match=r"rod\.closure = 1"):
-        rod.study("plain", ["rod.closure=inside"])
+        rod.rod_study("plain", ["rod.closure=inside"])
     with pytest.raises(SceneError, match=r"rod\.tca\.helix"):
-        rod.study("plain", ["rod.tca.helix=3"])
+        rod.rod_study("plain", ["rod.tca.helix=3"])
     with pytest.raises(SceneError, match=r"rod\.method = 2"):
-        rod.study("plain", ["rod.dynamic=true", "rod.method=rosenbrock"])
+        rod.rod_study("plain", ["rod.dynamic=true", "rod.method=rosenbrock"])
 
 
 @pytest.mark.parametrize("step", [5e-4, 2.8e-3])
@@ -147,14 +147,14 @@ def test_converged_coupling_of_two_masses_has_no_limit() -> None:
 
 
 @pytest.fixture(scope="module")
-def small() -> Study:
-    whole = oscillators.study(points=4)
-    return Study(**{**vars(whole), "panels": whole.panels[:2]})
+def small() -> StabilityStudy:
+    whole = oscillators.oscillator_study(points=4)
+    return StabilityStudy(**{**vars(whole), "panels": whole.panels[:2]})
 
 
 @pytest.fixture(scope="module")
-def swept(small: Study) -> xr.Dataset:
-    return sweep(small)
+def swept(small: StabilityStudy) -> xr.Dataset:
+    return run_study(small)
 
 
 def test_a_map_is_a_file_with_units_settings_and_versions(swept: xr.Dataset, tmp_path: Path) -> None:
@@ -175,8 +175,8 @@ def test_a_map_is_a_file_with_units_settings_and_versions(swept: xr.Dataset, tmp
 
 
 def test_the_map_of_a_scene_says_what_was_run(tmp_path: Path) -> None:
-    whole = rod.study("plain", MOVING, points=2)
-    found = sweep(Study(**{**vars(whole), "panels": whole.panels[2:3]}))
+    whole = rod.rod_study("plain", MOVING, points=2)
+    found = run_study(StabilityStudy(**{**vars(whole), "panels": whole.panels[2:3]}))
     settings = json.loads(found.attrs["settings"])
     assert settings["EA/L [N/m]"] == pytest.approx(74.22, rel=1e-4)
     assert "dynamic" in settings["members"]
@@ -184,7 +184,7 @@ def test_the_map_of_a_scene_says_what_was_run(tmp_path: Path) -> None:
     assert set(np.unique(found["verdict"])) == {KINDS.index("converged"), KINDS.index("diverged")}
 
 
-def test_the_figure(small: Study, swept: xr.Dataset, tmp_path: Path) -> None:
+def test_the_figure(small: StabilityStudy, swept: xr.Dataset, tmp_path: Path) -> None:
     figure = chart.draw(swept)
     paths = save_figure(figure, tmp_path, "map")
     assert [path.suffix for path in paths] == [".png", ".svg"]
@@ -193,8 +193,8 @@ def test_the_figure(small: Study, swept: xr.Dataset, tmp_path: Path) -> None:
     np.testing.assert_allclose(drawn[0].lines[0].get_ydata(), small.panels[0].limit(small.steps))
 
 
-def test_rows_spread_by_dask_are_those_of_one_process(small: Study, swept: xr.Dataset) -> None:
+def test_rows_spread_by_dask_are_those_of_one_process(small: StabilityStudy, swept: xr.Dataset) -> None:
     """A worker in this process: what dask does is the same."""
     with LocalCluster(n_workers=1, threads_per_worker=1, processes=False, dashboard_address=":0") as place:
-        found = sweep(small, lambda rows: spread(rows, scheduler=place.scheduler_address))
+        found = run_study(small, lambda rows: spread(rows, scheduler=place.scheduler_address))
     assert found.identical(swept)

@@ -39,25 +39,25 @@ TWO = """
 """
 
 
-def plan(folder: Path, text: str = TWO, head: str = "runs = 8\n", **options: object) -> sweep.Plan:
+def plan(folder: Path, text: str = TWO, head: str = "runs = 8\n", **options: object) -> sweep.SweepPlan:
     (folder / "mine.toml").write_text(head + QUICK + text)
-    return sweep.read(folder / "mine.toml", **options)
+    return sweep.read_plan(folder / "mine.toml", **options)
 
 
 # -- designs and distributions
 
 
 def test_designs_are_scipys() -> None:
-    assert np.array_equal(design.points("sobol", 8, 3, [0, 0]), qmc.Sobol(2, rng=3).random(8))
-    assert np.array_equal(design.points("latin", 7, 3, [0, 0]), qmc.LatinHypercube(2, rng=3).random(7))
-    assert np.array_equal(design.points("random", 7, 3, [0, 0]), np.random.default_rng(3).random((7, 2)))
+    assert np.array_equal(design.samples("sobol", 8, 3, [0, 0]), qmc.Sobol(2, rng=3).random(8))
+    assert np.array_equal(design.samples("latin", 7, 3, [0, 0]), qmc.LatinHypercube(2, rng=3).random(7))
+    assert np.array_equal(design.samples("random", 7, 3, [0, 0]), np.random.default_rng(3).random((7, 2)))
     middles = [[i + 0.5, j + 0.5] for i in (0, 1) for j in (0, 1, 2)]
-    assert np.array_equal(design.points("grid", 6, 3, [2, 3]) * [2, 3], middles)
+    assert np.array_equal(design.samples("grid", 6, 3, [2, 3]) * [2, 3], middles)
 
 
 @pytest.mark.parametrize("name", ["sobol", "random"])
 def test_more_runs_keep_the_first_ones(name: str) -> None:
-    assert np.array_equal(design.points(name, 100, 1, [0])[:10], design.points(name, 10, 1, [0]))
+    assert np.array_equal(design.samples(name, 100, 1, [0])[:10], design.samples(name, 10, 1, [0]))
 
 
 def test_points_follow_their_distribution(tmp_path: Path) -> None:
@@ -66,7 +66,7 @@ def test_points_follow_their_distribution(tmp_path: Path) -> None:
     h, E = np.array(found.values).T.tolist()
     assert h == pytest.approx(list(15.0 + 10.0 * u[:, 0]), rel=1e-15)
     assert pytest.approx(list(stats.lognorm(0.1, scale=37800.0).ppf(u[:, 1])), rel=1e-15) == E
-    assert found.points()[5] == (f"thermal.h={h[5]!r}", f"rod.body.E={E[5]!r}")  # to the last bit
+    assert found.run_overrides()[5] == (f"thermal.h={h[5]!r}", f"rod.body.E={E[5]!r}")  # to the last bit
 
 
 def test_grids_and_lists(tmp_path: Path) -> None:
@@ -80,7 +80,7 @@ def test_grids_and_lists(tmp_path: Path) -> None:
     found = plan(tmp_path, text, head="design = 'grid'\n")
     assert len(found.values) == found.settings.runs == 8
     assert found.values[1] == ("bending", 298.15, 17.5, False)
-    assert found.points()[7] == (
+    assert found.run_overrides()[7] == (
         "rod.strains=extensible",
         "thermal.T_ambient=298.15",
         "thermal.T_0=298.15",
@@ -89,9 +89,25 @@ def test_grids_and_lists(tmp_path: Path) -> None:
     )
 
 
+def test_overrides_win_over_those_of_the_file(tmp_path: Path) -> None:
+    """--set on the command line comes after `set` of the file, key by key, and before the parameters of each run."""
+    (tmp_path / "mine.toml").write_text(
+        'runs = 4\nscene = "step"\nset = ["stop_time=0.3", "thermal.tolerance=1e-2", "rod.order=1"]\n'
+        'outputs = ["rod.tip.p"]\n' + TWO
+    )
+    planned = sweep.read_plan(tmp_path / "mine.toml", overrides=["thermal.tolerance=1e-3", "stop_time=0.2"])
+    assert planned.scene.stop_time == 0.2
+    assert planned.scene.member("thermal").real("tolerance") == 1e-3
+    assert planned.scene.member("rod").real("order") == 1
+    task = sweep.SweepTask(planned.source, planned.overrides, ("rod.order=0",), planned.outputs, planned.times)
+    assert task().series.shape == (3, 3)
+    read = tca.read(planned.source, planned.overrides)  # as every run reads it
+    assert (read.stop_time, read.member("thermal").real("tolerance")) == (0.2, 1e-3)
+
+
 def test_sobol_indices_of_a_known_function() -> None:
     """Ishigami: S1 = 0.3139, 0.4424, 0; total 0.5576, 0.4424, 0.2437 (a = 7, b = 0.1)."""
-    u = design.points("saltelli", 5 * 4096, 1, [0, 0, 0])
+    u = design.samples("saltelli", 5 * 4096, 1, [0, 0, 0])
     x = np.pi * (2.0 * u - 1.0)
     y = np.sin(x[:, 0]) + 7.0 * np.sin(x[:, 1]) ** 2 + 0.1 * x[:, 2] ** 4 * np.sin(x[:, 0])
     first, total = sensitivity.sobol_indices(3, np.stack([y, np.ones_like(y)], axis=1))
@@ -111,23 +127,23 @@ def test_rank_correlation_is_spearmans() -> None:
 
 
 @pytest.fixture(scope="module")
-def swept(tmp_path_factory: pytest.TempPathFactory) -> tuple[sweep.Plan, xr.Dataset, Path]:
+def swept(tmp_path_factory: pytest.TempPathFactory) -> tuple[sweep.SweepPlan, xr.Dataset, Path]:
     folder = tmp_path_factory.mktemp("sweep")
     found = plan(folder)
-    return found, sweep.run(found, folder / "mine.sqlite"), folder
+    return found, sweep.run_sweep(found, folder / "mine.sqlite"), folder
 
 
-def test_every_run_is_the_run_of_its_own(swept: tuple[sweep.Plan, xr.Dataset, Path]) -> None:
+def test_every_run_is_the_run_of_its_own(swept: tuple[sweep.SweepPlan, xr.Dataset, Path]) -> None:
     found, data, _ = swept
     assert dict(data.sizes) == {"run": 8, "time": 4, "quantile": 5, "parameter": 2, "index3": 3}
     for k in (0, 7):
-        alone = tca.run(tca.read("step", [*found.overrides, *found.points()[k]]))
+        alone = tca.run(tca.read("step", [*found.overrides, *found.run_overrides()[k]]))
         for name in found.outputs:
             assert np.array_equal(data[name][k], alone[name])
     assert (data["failure"] == "").all()
 
 
-def test_the_dataset_is_labelled_and_written_whole(swept: tuple[sweep.Plan, xr.Dataset, Path]) -> None:
+def test_the_dataset_is_labelled_and_written_whole(swept: tuple[sweep.SweepPlan, xr.Dataset, Path]) -> None:
     _, data, folder = swept
     results.write(data, folder / "mine.nc")
     again = results.read(folder / "mine.nc")
@@ -145,7 +161,7 @@ def test_the_dataset_is_labelled_and_written_whole(swept: tuple[sweep.Plan, xr.D
 
 def test_the_shipped_sweep_is_as_exact_as_it_says() -> None:
     """Its settings against those of scene `step`: rms over the run at most 1e-3 of an output's range."""
-    found = sweep.read("scatter", runs=1)
+    found = sweep.read_plan("scatter", runs=1)
     quick, exact = tca.run(found.scene), tca.run("step", ["thermal.tolerance=1e-7", "rod.tolerance=1e-8"])
     for name in found.outputs:
         reference = exact[name].sel(time=quick["time"], method="nearest").to_numpy()
@@ -153,7 +169,7 @@ def test_the_shipped_sweep_is_as_exact_as_it_says() -> None:
         assert error < 1e-3 * np.ptp(reference), name
 
 
-def test_the_figure_shows_every_output(swept: tuple[sweep.Plan, xr.Dataset, Path]) -> None:
+def test_the_figure_shows_every_output(swept: tuple[sweep.SweepPlan, xr.Dataset, Path]) -> None:
     _, data, folder = swept
     figure = chart.draw(data)
     assert [axes.get_ylabel() for axes in figure.axes[::2]] == ["thermal.T [K]", "rod.tip.p [m]"]
@@ -164,7 +180,7 @@ def test_the_figure_shows_every_output(swept: tuple[sweep.Plan, xr.Dataset, Path
 
 def test_failures_are_rows_with_their_message(tmp_path: Path) -> None:
     text = '[parameters]\n"rod.tca.offset, thermal.tca.offset" = ["2.5 mm", "4.9 mm"]\n'
-    found = sweep.run(plan(tmp_path, text, head="design = 'grid'\n"), tmp_path / "mine.sqlite")
+    found = sweep.run_sweep(plan(tmp_path, text, head="design = 'grid'\n"), tmp_path / "mine.sqlite")
     failure = found["failure"].to_numpy()
     assert not failure[0]
     assert "thermal: " in failure[1]
@@ -176,7 +192,7 @@ def test_failures_are_rows_with_their_message(tmp_path: Path) -> None:
 
 
 def test_saltelli_gives_both_orders(tmp_path: Path) -> None:
-    found = sweep.run(plan(tmp_path, head="design = 'saltelli'\nruns = 32\n"), tmp_path / "mine.sqlite")
+    found = sweep.run_sweep(plan(tmp_path, head="design = 'saltelli'\nruns = 32\n"), tmp_path / "mine.sqlite")
     last = found.isel(time=-1, index3=2)
     total = last["thermal.T.total_order"].to_numpy()
     assert total[0] > 0.5
@@ -199,7 +215,7 @@ def test_archives_stay_open_between_runs_until_their_file_changes(tmp_path: Path
 # -- going on
 
 
-def test_finished_runs_are_not_run_again(swept: tuple[sweep.Plan, xr.Dataset, Path], tmp_path: Path) -> None:
+def test_finished_runs_are_not_run_again(swept: tuple[sweep.SweepPlan, xr.Dataset, Path], tmp_path: Path) -> None:
     found, data, _ = swept
     ran: list[int] = []
 
@@ -211,14 +227,14 @@ def test_finished_runs_are_not_run_again(swept: tuple[sweep.Plan, xr.Dataset, Pa
                 raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        sweep.run(found, tmp_path / "mine.sqlite", stopping)
-    seen: list[sweep.Progress] = []
-    again = sweep.run(found, tmp_path / "mine.sqlite", progress=seen.append)
-    assert (seen[0], seen[-1]) == (sweep.Progress(3, 0, 8), sweep.Progress(3, 5, 8))
+        sweep.run_sweep(found, tmp_path / "mine.sqlite", stopping)
+    seen: list[sweep.SweepProgress] = []
+    again = sweep.run_sweep(found, tmp_path / "mine.sqlite", progress=seen.append)
+    assert (seen[0], seen[-1]) == (sweep.SweepProgress(3, 0, 8), sweep.SweepProgress(3, 5, 8))
     xr.testing.assert_identical(again, data)
     more = plan(tmp_path, runs=16)  # a longer sequence begins with the same points
-    sweep.run(more, tmp_path / "mine.sqlite", progress=seen.append)
-    assert seen[-1] == sweep.Progress(8, 8, 16)
+    sweep.run_sweep(more, tmp_path / "mine.sqlite", progress=seen.append)
+    assert seen[-1] == sweep.SweepProgress(8, 8, 16)
 
 
 def test_killed_and_resumed(tmp_path: Path) -> None:
@@ -260,14 +276,14 @@ def test_a_run_that_kills_its_process_is_a_failure_of_its_own() -> None:
     assert found[1] == "done"
 
 
-def test_another_sweep_is_not_mixed_in(swept: tuple[sweep.Plan, xr.Dataset, Path], tmp_path: Path) -> None:
+def test_another_sweep_is_not_mixed_in(swept: tuple[sweep.SweepPlan, xr.Dataset, Path], tmp_path: Path) -> None:
     _, _, folder = swept
     other = plan(tmp_path, TWO.replace("0.1", "0.2"))
     with pytest.raises(CosimError, match="differs in parameters; remove it"):
-        sweep.run(other, folder / "mine.sqlite")
+        sweep.run_sweep(other, folder / "mine.sqlite")
     (tmp_path / "bad.sqlite").write_text("no database" * 100)
     with pytest.raises(CosimError, match="not a database; remove it"):
-        sweep.run(other, tmp_path / "bad.sqlite")
+        sweep.run_sweep(other, tmp_path / "bad.sqlite")
 
 
 # -- mistakes
@@ -326,12 +342,12 @@ def test_mistakes_in_the_head_are_named(head: str, said: str, tmp_path: Path) ->
 def test_unknown_outputs_and_missing_keys_are_named(tmp_path: Path) -> None:
     (tmp_path / "mine.toml").write_text("runs = 8\n" + QUICK.replace("thermal.T", "thermal.TT") + TWO)
     with pytest.raises(CosimError, match=r"did you mean 'thermal\.T'"):
-        sweep.read(tmp_path / "mine.toml")
+        sweep.read_plan(tmp_path / "mine.toml")
     (tmp_path / "mine.toml").write_text("runs = 8\n")
     with pytest.raises(CosimError, match="scene: missing; add name of a scene"):
-        sweep.read(tmp_path / "mine.toml")
+        sweep.read_plan(tmp_path / "mine.toml")
     (tmp_path / "mine.toml").write_text("runs = 8\n" + QUICK.replace("set = [", 'set = ["fidelity.level=auto", ') + TWO)
     with pytest.raises(CosimError, match="choose anew in every run; add to set"):
-        sweep.read(tmp_path / "mine.toml")
+        sweep.read_plan(tmp_path / "mine.toml")
     with pytest.raises(CosimError, match="did you mean 'scatter'"):
-        sweep.read("scater")
+        sweep.read_plan("scater")

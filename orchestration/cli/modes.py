@@ -24,9 +24,11 @@ def command(
     from ..verification import monolith  # its solver takes long to load
 
     with reported():
-        found = monolith.modes(read(scene, override), at)
+        modes = monolith.natural_modes(read(scene, override), at)
         table = Table("mode", "frequency [Hz]", "damping ratio")
-        for k, mode in enumerate(found.modes[:count], 1):
+        for k, mode in enumerate(modes.modes[:count], 1):
             table.add_row(str(k), f"{mode.frequency:.6g}", f"{mode.damping:.3g}")
         out.print(table)
-        out.print(f"{found.states} states; fastest growth {found.growing:.3g} 1/s", highlight=False)
+        out.print(f"{modes.states} states; fastest growth {modes.growing:.3g} 1/s", highlight=False)
+        for remark in modes.remarks:
+            out.print(f"note: {remark}", highlight=False, soft_wrap=True)

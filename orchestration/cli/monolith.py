@@ -29,7 +29,7 @@ def command(
         described = read(scene, override)
         other = results.read(against) if against else None
         times = None if other is None else other["time"].to_numpy()
-        solved = watched(described, lambda progress: monolith.run(described, tolerance, times, progress))
+        solved = watched(described, lambda progress: monolith.solve_monolith(described, tolerance, times, progress))
         results.write(solved, folder / f"{described.name}.monolith.nc")
         written(folder / f"{described.name}.monolith.nc")
         if other is not None:

@@ -34,10 +34,10 @@ def command(
         if scene == "oscillators" and override:
             raise CosimError(f"--set {override[0]!r}: the analytic systems have nothing to set; leave it out")
         oscillators = scene == "oscillators"
-        study = stability.oscillators.study(points) if oscillators else stability.rod.study(scene, override, points)
+        study = stability.oscillator_study(points) if oscillators else stability.rod_study(scene, override, points)
         with Progress(*Progress.get_default_columns(), console=out, transient=True) as bar:
             task = bar.add_task(study.name, total=len(study.panels) * points)
-            found = stability.sweep(study, worker(scheduler, workers, lambda _: bar.advance(task)))
+            found = stability.run_study(study, worker(scheduler, workers, lambda _: bar.advance(task)))
         results.write(found, folder / f"{study.name}.nc")
         save_figure(stability.chart.draw(found), folder, study.name)
         written(folder / f"{study.name}.nc", ".png", ".svg")

@@ -35,7 +35,7 @@ def command(
     from ..studies import sweep  # scipy.stats takes long to load
 
     with reported():
-        described = sweep.read(plan, runs, override)
+        described = sweep.read_plan(plan, runs, override)
         name = f"{described.name}.sweep"
         begin = time.perf_counter()
         columns = (
@@ -47,20 +47,20 @@ def command(
         )
         with Bar(*columns, console=out, transient=True) as bar:
             task = bar.add_task(described.name, total=None, rate=0.0)
-            state = sweep.Progress(0, 0, 0)
+            state = sweep.SweepProgress(0, 0, 0)
 
-            def advance(now: sweep.Progress) -> None:
+            def advance(now: sweep.SweepProgress) -> None:
                 nonlocal state
                 state = now
                 rate = now.done / (time.perf_counter() - begin)
-                bar.update(task, completed=now.found + now.done, total=now.total, rate=rate)
+                bar.update(task, completed=now.reused + now.done, total=now.total, rate=rate)
 
-            found = sweep.run(described, folder / f"{name}.sqlite", worker(scheduler, workers), advance)
+            found = sweep.run_sweep(described, folder / f"{name}.sqlite", worker(scheduler, workers), advance)
         spent = time.perf_counter() - begin
         results.write(found, folder / f"{name}.nc")
         save_figure(sweep.chart.draw(found), folder, name)
         out.print(
-            f"{described.title}: {state.total} runs, {state.found} finished before, {state.done} now in {spent:.1f} s "
+            f"{described.title}: {state.total} runs, {state.reused} finished before, {state.done} now in {spent:.1f} s "
             f"({state.done / spent:.1f} runs/s)",
             highlight=False,
         )

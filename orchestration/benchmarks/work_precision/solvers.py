@@ -176,10 +176,10 @@ class Monolith:
         self._assemble()
 
     def run(self, limit: float) -> None:
-        self._logs = monolith.logged(self.scene, self._system, self._tolerance, self._times, _watch(limit))
+        self._logs = monolith.integrate(self.scene, self._system, self._tolerance, self._times, _watch(limit))
 
     def result(self) -> xr.Dataset:
-        return monolith.result(self.scene, self._logs, self._tolerance)
+        return monolith.monolith_result(self.scene, self._logs, self._tolerance)
 
     def close(self) -> None:
         self._open.close()

@@ -39,7 +39,7 @@ def halving(
     tight = (*TIGHT, *overrides)
     scene = read(source, tight)
     times = np.linspace(0.0, scene.stop_time, OUTPUTS + 1)
-    norm = Norm.of(monolith.run(scene, INTEGRATOR, times), times)
+    norm = Norm.of(monolith.solve_monolith(scene, INTEGRATOR, times), times)
     found, failures = list[float](), list[str]()
     for k in range(halvings + 1):
         progress(k / (halvings + 1))

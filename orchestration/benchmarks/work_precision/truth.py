@@ -26,4 +26,4 @@ def solve(
 ) -> xr.Dataset:
     """level: `set`, overrides of the scene, and `tolerance` of the integrator. progress(share done)."""
     told = (lambda time: progress(time / times[-1])) if progress else (lambda time: None)
-    return monolith.run(read(source, [*overrides, *level["set"]]), level["tolerance"], times, told)
+    return monolith.solve_monolith(read(source, [*overrides, *level["set"]]), level["tolerance"], times, told)

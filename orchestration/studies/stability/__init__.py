@@ -1,23 +1,26 @@
-"""Where coupling methods fail: maps over macro step and coupling strength, every point a short run, with the limits
-that theory gives.
+"""Stability maps of coupling methods over macro step and coupling strength, with the limits of theory.
 
-    save_figure(chart.draw(sweep(rod.study("plain", ["rod.dynamic=true"]))), Path("results"), "plain.stability")
+    study = rod_study("plain", ["rod.dynamic=true"])
+    save_figure(chart.draw(run_study(study)), Path("results"), "plain.stability")
 
-verdict: how a run is judged; model_problems: analytic systems with known limits; theory: limits of the rod; rod,
-oscillators: the two kinds of maps; study: a map's axes, panels and file; chart: the drawing."""
+Every cell of a map is a short run. verdict: classification of a run; model_problems: analytic systems with known
+limits; theory: limits of the rod; rod, oscillators: the two kinds of maps; study: axes, panels and dataset of a map;
+chart: the figure."""
 
-from . import chart, oscillators, rod
-from .study import Panel, Row, Study, sweep
+from . import chart
+from .oscillators import oscillator_study
+from .rod import rod_study
+from .study import Panel, RowTask, StabilityStudy, run_study
 from .verdict import KINDS, Verdict
 
 __all__ = [
     "KINDS",
     "Panel",
-    "Row",
-    "Study",
+    "RowTask",
+    "StabilityStudy",
     "Verdict",
     "chart",
-    "oscillators",
-    "rod",
-    "sweep",
+    "oscillator_study",
+    "rod_study",
+    "run_study",
 ]

@@ -1,5 +1,6 @@
-"""A map as a figure: a panel per method, colour the sweeps where it converged, reds where it did not, the line
-what theory says, dots limits known for one strength."""
+"""Figure of a stability map: one panel per method.
+
+Colour: sweeps where the method converged; reds: where it failed; line: limit of theory; dots: single known limits."""
 
 from __future__ import annotations
 
@@ -21,31 +22,31 @@ __all__ = ["draw"]
 
 COLUMNS = 4
 BAD = {"diverged": "#d62728", "unstable": "#ff9896", "slow": "#c7c7c7"}
-MOST_SWEEPS = 200.0
+MOST_SWEEPS = 200.0  # upper end of the colour scale; runs are stopped there
 
 
 def draw(dataset: xr.Dataset) -> Figure:
-    """dataset: from study.sweep."""
+    """Draw the dataset of run_study()."""
     count = dataset.sizes["panel"]
     rows = math.ceil(count / COLUMNS)
     figure = Figure(figsize=(13.0, 3.1 * rows + 1.3), layout="constrained")
     axes = figure.subplots(rows, COLUMNS, sharex=True, sharey=True, squeeze=False)
     described = json.loads(dataset.attrs["panels"])
-    for k, place in enumerate(axes.flat):
+    for k, panel in enumerate(axes.flat):
         if k >= count:
-            place.set_visible(False)
+            panel.set_visible(False)
             axes.flat[k - COLUMNS].tick_params(labelbottom=True)
             continue
-        image = _panel(place, dataset.isel(panel=k), described[k]["marks"])  # one scale of colours for all
+        image = _panel(panel, dataset.isel(panel=k), described[k]["marks"])  # one scale of colours for all
         if k % COLUMNS == 0:
-            place.set_ylabel(f"{dataset['strength'].attrs['long_name']} [1]", fontsize=9)
+            panel.set_ylabel(f"{dataset['strength'].attrs['long_name']} [1]", fontsize=9)
         if k + COLUMNS >= count:
-            place.set_xlabel("macro step H [s]", fontsize=9)
+            panel.set_xlabel("macro step H [s]", fontsize=9)
     bar = figure.colorbar(image, ax=axes, shrink=0.6, ticks=[1, 2, 5, 10, 20, 50, 100, 200], format="%d")
     bar.set_label("converged: mean sweeps per macro step (explicit: 1)")
     keys: list[Patch | Line2D] = [Patch(color=colour, label=kind) for kind, colour in BAD.items()]
     keys.append(Line2D([], [], color="black", linewidth=2.0, label="theory: fails above"))
-    if any(panel["marks"] for panel in described):
+    if any(entry["marks"] for entry in described):
         keys.append(
             Line2D([], [], color="black", marker="o", markerfacecolor="white", linestyle="", label="known limit")
         )
@@ -75,6 +76,6 @@ def _panel(axes: Axes, panel: xr.Dataset, marks: list[list[float]]) -> QuadMesh:
 
 
 def _edges(centres: np.ndarray) -> np.ndarray:
-    """Of cells around points (n,) that are even on a logarithmic axis: (n + 1,)."""
+    """Edges (n + 1,) of cells around centres (n,) that are evenly spaced on a logarithmic axis."""
     ratio = math.sqrt(centres[1] / centres[0])
     return np.append(centres / ratio, centres[-1] * ratio)

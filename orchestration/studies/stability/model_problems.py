@@ -1,4 +1,4 @@
-"""Analytic systems whose limits of coupling are known, and a short way to couple them."""
+"""Analytic systems with known stability limits of their coupling, and functions that couple them."""
 
 from __future__ import annotations
 
@@ -25,21 +25,22 @@ __all__ = [
     "actuated",
     "connected",
     "couple",
-    "course",
     "dahlquist",
     "linear",
+    "state_record",
     "step_radius",
     "two_masses",
     "wires",
 ]
 
-System = tuple[list[Linear], list[Connection]]
+CoupledSystem = tuple[list[Linear], list[Connection]]
 
 
 class Implicit(Linear):
-    """One backward Euler step per step: x+ = (1 - h A)^-1 (x + h B u(t+h)), as a rod with that method does."""
+    """Linear subsystem that takes one backward Euler step per macro step: x+ = (1 - h A)^-1 (x + h B u(t+h))."""
 
     def step(self, time: float, length: float) -> None:
+        """Advance from time [s] by length [s]."""
         before = self.state
         super().step(time, length)  # moves the inputs to the end of the step
         left = np.eye(len(before)) - length * self.A
@@ -49,7 +50,7 @@ class Implicit(Linear):
 def linear(
     name: str, a: list, b: list, c: list, d: list, start: list, inputs: str, outputs: str, kind: type[Linear] = Linear
 ) -> Linear:
-    """Matrices as nested lists; inputs and outputs as names with blanks between."""
+    """Linear subsystem from matrices as nested lists, and from names of inputs and outputs separated by blanks."""
     n, u, y = len(start), inputs.split(), outputs.split()
     A, B, C, D = (
         np.reshape(np.array(m, dtype=float), s)
@@ -59,28 +60,30 @@ def linear(
 
 
 def wires(*texts: str) -> list[Connection]:
-    """'a.x -> b.u' each."""
+    """Connections from texts 'a.x -> b.u'."""
     ends = [[end.strip().partition(".") for end in text.split("->")] for text in texts]
     return [Connection((source[0], source[2]), (target[0], target[2])) for source, target in ends]
 
 
-def dahlquist(gain: float = 4.0) -> System:
-    """x' = -x + u, u = -gain x, x(0) = 1, so x = exp(-(1 + gain) t), split in two."""
+def dahlquist(gain: float = 4.0) -> CoupledSystem:
+    """Split Dahlquist problem: x' = -x + u, u = -gain x, x(0) = 1, so that x = exp(-(1 + gain) t)."""
     plant = linear("plant", [-1], [1], [1], [0], [1], "u", "x")
     law = linear("law", [], [], [], [-gain], [], "x", "u")
     return [plant, law], wires("plant.x -> law.x", "law.u -> plant.u")
 
 
-def actuated(damping: float = 0.0, gain: float = 4.0, kind: type[Linear] = Linear) -> System:
-    """An actuator on an oscillator: x'' = -x - damping x' + F, F = -gain x."""
+def actuated(damping: float = 0.0, gain: float = 4.0, kind: type[Linear] = Linear) -> CoupledSystem:
+    """Actuator on an oscillator: x'' = -x - damping x' + F, F = -gain x."""
     mass = linear("mass", [[0, 1], [-1, -damping]], [0, 1], [1, 0], [0], [1, 0], "F", "x", kind)
     actuator = linear("actuator", [], [], [], [-gain], [], "x", "F")
     return [mass, actuator], wires("mass.x -> actuator.x", "actuator.F -> mass.F")
 
 
-def two_masses(kind: str, c: float = 1.0, d: float = 1.0, cc: float = 1.0, dc: float = 1.0) -> System:
-    """Each on a spring c and damper d, cc and dc between them. force/displacement: the spring between belongs to the
-    second; displacement/displacement: both have it."""
+def two_masses(kind: str, c: float = 1.0, d: float = 1.0, cc: float = 1.0, dc: float = 1.0) -> CoupledSystem:
+    """Two unit masses, each on a spring c and damper d, coupled by a spring cc and damper dc (Busch, Schweizer).
+
+    kind force: force/displacement coupling, the coupling spring belongs to the second mass; displacement:
+    displacement/displacement coupling, both have it."""
     own, coupled = [[0, 1], [-c, -d]], [[0, 1], [-c - cc, -d - dc]]
     other, states, none = [[0, 0], [cc, dc]], [[1, 0], [0, 1]], [[0, 0], [0, 0]]
     second = linear("b", coupled, other, states, none, [0.5, 0], "x v", "y w")
@@ -107,8 +110,10 @@ def couple(
     observe: Callable[[], object] = lambda: None,
     **settings: Any,
 ) -> tuple[Master, list[StepLog]]:
-    """The master at `stop` and its log. through: exchange of what is known at both ends of a step. Raises
-    CouplingError, SubsystemError."""
+    """Couple subsystems until `stop` [s]; the master there and its log.
+
+    through: extrapolation method of inputs known at both ends of a step; settings: of the master. Raises CouplingError,
+    SubsystemError."""
     master = connected(systems, connections, method, waveform, through, jacobi, signals, observe, **settings)
     return master, list(drive(master, control or Fixed(step), 0.0, stop, breaks))
 
@@ -124,7 +129,7 @@ def connected(
     observe: Callable[[], object] = lambda: None,
     **settings: Any,
 ) -> Master:
-    """The master at the start."""
+    """The initialised master of coupled subsystems."""
     coupling = Coupling(
         schedule="jacobi" if jacobi else "gauss_seidel",
         method=method or "none",
@@ -137,7 +142,7 @@ def connected(
     return master
 
 
-def course(
+def state_record(
     systems: list[Linear],
     connections: list[Connection],
     step: float,
@@ -145,8 +150,9 @@ def course(
     method: str | None = "iqn",
     **how: Any,
 ) -> tuple[list[np.ndarray], list[StepLog]]:
-    """States (n,) after each of `count` macro steps, all of exactly that length, from a start that excites all of them,
-    and the log. Raises CouplingError."""
+    """States (n,) after each of `count` macro steps of exactly that length [s], and the log.
+
+    The start excites all states. Raises CouplingError."""
     for system in systems:
         system.start = system.start + 0.1 * np.arange(1.0, system.start.size + 1.0)
     master = connected(
@@ -166,5 +172,5 @@ def course(
 
 
 def step_radius(systems: list[Linear], connections: list[Connection], step: float, **how: Any) -> float:
-    """Spectral radius of one macro step, seen from a run (verdict.spectral_growth)."""
-    return spectral_growth(course(systems, connections, step, 80, **how)[0])
+    """Spectral radius of one macro step, identified from a run (verdict.spectral_growth)."""
+    return spectral_growth(state_record(systems, connections, step, 80, **how)[0])

@@ -1,7 +1,7 @@
-"""Maps of a scene: macro step against the ratio of stiffnesses k_tca/(EA/L), every point a run of its FMUs.
+"""Stability maps of a scene: macro step against the stiffness ratio k_tca/(EA/L), each cell a run of its FMUs.
 
-The TCAs get the measured law, whose stiffness is one parameter. A rod with inertia takes one backward Euler step per
-macro step: what shows is the coupling and not the integrator, and theory is exact."""
+The TCAs take the measured law, whose stiffness is one parameter. A rod with inertia takes one backward Euler step per
+macro step, so that the map shows the coupling and not the integrator, and theory is exact."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from ...results.dataset import scene_record
 from ...scene import Member, Scene, read
 from ...scene.manipulator import CLOSURE_EXCHANGED, ROD, RodParameters
 from ...simulation import open_simulation
-from .study import Panel, Study
-from .theory import Beam, limit
-from .verdict import Verdict, alternating_growth, failed, succeeded
+from .study import Panel, StabilityStudy
+from .theory import Beam, stability_limit
+from .verdict import Verdict, alternating_growth, verdict_of_failure, verdict_of_run
 
-__all__ = ["METHODS", "beam", "judge", "study"]
+__all__ = ["METHODS", "beam_of", "judge_run", "rod_study"]
 
 METHODS = (
     ("none", "held"),
@@ -31,27 +31,27 @@ METHODS = (
     ("broyden", "linear"),
     ("newton", "linear"),
 )
-OMEGA = 0.25
-STEPS, EXPLICIT_STEPS = 4, 48  # macro steps per run; growth needs many to be seen
-FIRST = ("rod.closure=exchanged", "rod.method=backward_euler")
+OMEGA = 0.25  # of constant relaxation: converges up to the gain 2/OMEGA - 1 = 7
+STEPS, EXPLICIT_STEPS = 4, 48  # macro steps per run; the growth of explicit coupling shows after many
+DEFAULTS = ("rod.closure=exchanged", "rod.method=backward_euler")
 
 
-def study(source: str, overrides: Sequence[str] = (), points: int = 12) -> Study:
-    """points: along each axis. Raises SceneError where the scene has no rod of which theory knows."""
-    scene = read(source, [*FIRST, *overrides])
-    body = beam(scene)
+def rod_study(source: str, overrides: Sequence[str] = (), points: int = 12) -> StabilityStudy:
+    """The map of a scene with that many points along each axis.
+
+    Raises SceneError where theory does not cover its rod."""
+    scene = read(source, [*DEFAULTS, *overrides])
+    body = beam_of(scene)
     panels = tuple(
         Panel(
-            title=f"explicit, {waveform}"
-            if method == "none"
-            else f"{method}, omega {OMEGA}" * (method == "relaxed") or method,
-            judge=partial(judge, source, tuple(overrides), body.stiffness, method, waveform),
-            limit=partial(limit, body, method=method, waveform=waveform, omega=OMEGA),
+            title=_title(method, waveform),
+            judge=partial(judge_run, source, tuple(overrides), body.stiffness, method, waveform),
+            limit=partial(stability_limit, body, method=method, waveform=waveform, omega=OMEGA),
             settings={"method": method, "waveform": waveform, "omega": OMEGA},
         )
         for method, waveform in METHODS
     )
-    return Study(
+    return StabilityStudy(
         name=f"{scene.name}.stability",
         title=f"{scene.title}; rod {'with' if body.dynamic else 'without'} inertia",
         steps=np.geomspace(5e-4, 0.5, points),
@@ -67,10 +67,16 @@ def study(source: str, overrides: Sequence[str] = (), points: int = 12) -> Study
     )
 
 
-def judge(
+def _title(method: str, waveform: str) -> str:
+    if method == "none":
+        return f"explicit, {waveform}"
+    return f"{method}, omega {OMEGA}" if method == "relaxed" else method
+
+
+def judge_run(
     source: str, overrides: Sequence[str], unit: float, method: str, waveform: str, step: float, ratio: float
 ) -> Verdict:
-    """One run of the scene's FMUs with macro step [s] and TCAs of the stiffness ratio * unit [N/m]."""
+    """Verdict on one run of the scene's FMUs with macro step [s] and TCAs of stiffness ratio * unit [N/m]."""
     explicit = method == "none"
     count = EXPLICIT_STEPS if explicit else STEPS
     own = {
@@ -86,17 +92,17 @@ def judge(
         "coupling.max_sweeps": 200,
         "coupling.tolerance": 1e-7,
     }
-    scene = read(source, [*FIRST, *overrides, *(f"{key}={value}" for key, value in own.items())])
+    scene = read(source, [*DEFAULTS, *overrides, *(f"{key}={value}" for key, value in own.items())])
     try:
         with open_simulation(scene, lambda systems: systems[ROD].values()) as ready:
             logs = list(ready.steps())
     except CouplingError as error:
-        return failed(error, explicit)
-    return succeeded(logs, alternating_growth([log.record for log in logs])) if explicit else succeeded(logs)
+        return verdict_of_failure(error, explicit)
+    return verdict_of_run(logs, alternating_growth([log.record for log in logs])) if explicit else verdict_of_run(logs)
 
 
-def beam(scene: Scene) -> Beam:
-    """What theory needs of the scene's rod. Raises SceneError, naming what it does not cover."""
+def beam_of(scene: Scene) -> Beam:
+    """The beam that theory takes for the scene's rod. Raises SceneError, which names what theory does not cover."""
     rod = next((member for member in scene.members if member.name == ROD), None)
     if rod is None or "body.E" not in rod.archive.variables:
         raise SceneError(f"{scene.name}: a stability map wants an FMU `rod` of this package in the scene")

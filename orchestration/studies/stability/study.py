@@ -1,4 +1,4 @@
-"""A map: panels, each one method over macro steps and coupling strengths, swept point by point into one Dataset."""
+"""A stability study: panels, one per method, over macro steps and coupling strengths, as one Dataset."""
 
 from __future__ import annotations
 
@@ -15,15 +15,28 @@ from ...parallel import Worker, serial
 from ...results.dataset import versions
 from .verdict import KINDS, Verdict
 
-__all__ = ["Panel", "Row", "Study", "sweep"]
+__all__ = ["Panel", "RowTask", "StabilityStudy", "run_study"]
 
-Row = Callable[[], list[Verdict]]
+RowTask = Callable[[], list[Verdict]]  # verdicts for all strengths at one macro step
 
 
 @dataclass(frozen=True)
 class Panel:
-    """judge: (macro step, strength) -> verdict, to be pickled; limit: macro steps (n,) -> strength above which theory
-    says that the method fails, nan where it does not; marks: single known limits (macro step, strength)."""
+    """One method of a map.
+
+    Parameters
+    ----------
+    title : str
+        Title of the panel.
+    judge : callable
+        (macro step [s], strength) -> Verdict; can be pickled.
+    limit : callable, optional
+        Macro steps (n,) [s] -> strength (n,) above which the method fails by theory, nan where it does not.
+    marks : tuple of (float, float)
+        Single known limits (macro step, strength).
+    settings : mapping
+        Recorded with the dataset.
+    """
 
     title: str
     judge: Callable[[float, float], Verdict]
@@ -33,7 +46,9 @@ class Panel:
 
 
 @dataclass(frozen=True)
-class Study:
+class StabilityStudy:
+    """A map to be computed."""
+
     name: str
     title: str
     steps: np.ndarray  # (n,) [s]
@@ -43,15 +58,17 @@ class Study:
     settings: Mapping[str, Any]
 
 
-def sweep(study: Study, worker: Worker[list[Verdict]] = serial) -> xr.Dataset:
-    """Every point of every panel: verdict (a flag), sweeps, gain, growth (panel, step, strength); limit (panel, step)
-    of theory."""
+def run_study(study: StabilityStudy, worker: Worker[list[Verdict]] = serial) -> xr.Dataset:
+    """Judge a run for every cell of every panel.
+
+    Returns a Dataset with verdict (a flag), sweeps, gain and growth over (panel, step, strength), and the limit of
+    theory over (panel, step). worker executes the rows: here, or spread over processes."""
     shape = len(study.panels), len(study.steps), len(study.strengths)
     rows = [partial(_row, panel.judge, float(h), study.strengths) for panel in study.panels for h in study.steps]
-    found: list[list[Verdict]] = [[] for _ in rows]
+    judged: list[list[Verdict]] = [[] for _ in rows]
     for number, verdicts in worker(rows):
-        found[number] = verdicts
-    flat = [verdict for row in found for verdict in row]
+        judged[number] = verdicts
+    flat = [verdict for row in judged for verdict in row]
     dims = ("panel", "step", "strength")
     dataset = xr.Dataset(
         coords={

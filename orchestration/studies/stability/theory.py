@@ -1,4 +1,4 @@
-"""The loop of the straight rod and its TCAs, linear and exact in space: what one sweep multiplies an error by.
+"""Loop gain of the straight rod and its TCAs, linear and exact in space: the factor of an error per sweep.
 
 A guess delta_i acts as tension -k delta_i, a force along the rod and a moment across it at its end; the rod answers
 with a stretch and a rotation there, seen by TCA j at e_j r from the axis:
@@ -20,7 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import expm
 
-__all__ = ["LIMITS", "Beam", "limit"]
+__all__ = ["LIMITS", "Beam", "stability_limit"]
 
 # Gain above which a method fails; for explicit coupling at half the macro step, where the extrapolation of an
 # alternating error has the factor 1 (held) or 2 + 1 (a line).
@@ -48,29 +48,32 @@ class Beam:
 
     @property
     def area(self) -> float:
+        """Area of the cross-section [m2]."""
         return math.pi * self.radius**2
 
     @property
     def stiffness(self) -> float:
-        """EA/L [N/m]: of the body, axial."""
+        """Axial stiffness EA/L of the body [N/m]."""
         return self.E * self.area / self.length
 
     def gain(self, step: float, stiffness: float) -> float:
-        """Spectral radius of one sweep's error map for a macro step [s], TCAs of that stiffness [N/m]."""
+        """Spectral radius of the error map of one sweep, for a macro step [s] and TCAs of that stiffness [N/m]."""
         s = 1.0 / step if self.dynamic else 0.0
         e = np.array([[math.cos(a), math.sin(a)] for a in self.azimuths])
         answers = self._stretch(s) + self.offset**2 * (e @ e.T) * self._rotation(s)
         return float(stiffness * np.abs(np.linalg.eigvals(answers)).max())
 
     def _stretch(self, s: float) -> float:
-        """F(s) [m/N]; Kelvin-Voigt damping multiplies stiffness by 1 + retardation s."""
+        """Axial compliance F(s) [m/N]; Kelvin-Voigt damping multiplies the stiffness by 1 + retardation s."""
         soft = 1.0 / (1.0 + self.retardation * s)
         z = s * self.length * math.sqrt(self.rho * soft / self.E)
         return soft / self.stiffness * (math.tanh(z) / z if z else 1.0)
 
     def _rotation(self, s: float) -> float:
-        """B(s) [1/(N m)]: w' = theta + Q/(ks G A), theta' = M/(E I), M' = -Q + rho I s^2 theta, Q' = rho A s^2 w,
-        clamped at 0, Q = 0 at L. Lengths in units of L, so that the exponential is well scaled."""
+        """Rotational compliance B(s) [1/(N m)] of a Timoshenko beam.
+
+        w' = theta + Q/(ks G A), theta' = M/(E I), M' = -Q + rho I s^2 theta, Q' = rho A s^2 w, clamped at 0, Q = 0 at
+        L. Lengths are in units of L, so that the exponential is well scaled."""
         stiffening = 1.0 + self.retardation * s
         EI = self.E * stiffening * math.pi * self.radius**4 / 4.0
         GA = self.shear_factor * self.E * stiffening * self.area / (2.0 * (1.0 + self.nu))
@@ -86,9 +89,10 @@ class Beam:
         return float(end[1] @ at_clamp)
 
 
-def limit(beam: Beam, steps: np.ndarray, method: str, waveform: str, omega: float) -> np.ndarray:
-    """Ratio of stiffnesses k_tca/(EA/L) above which a method fails, for macro steps (n,) [s]; nan where there is
-    none. omega: of constant relaxation, which converges below the gain 2/omega - 1."""
+def stability_limit(beam: Beam, steps: np.ndarray, method: str, waveform: str, omega: float) -> np.ndarray:
+    """Stiffness ratio k_tca/(EA/L) above which a method fails, for macro steps (n,) [s]; nan where it never does.
+
+    omega: factor of constant relaxation, which converges below the gain 2/omega - 1."""
     threshold = 2.0 / omega - 1.0 if method == "relaxed" else LIMITS.get((method, waveform), math.nan)
     share = 0.5 if method == "none" else 1.0
     return np.array([threshold / beam.gain(share * step, beam.stiffness) for step in steps])

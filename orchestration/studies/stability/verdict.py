@@ -1,8 +1,8 @@
-"""How a short run is judged.
+"""Classification of a short run.
 
 converged: every macro step was solved and the run decays or stays; diverged: the iteration of a macro step moved away
-from its solution; unstable: every step could be done, but the run grows from step to step; slow: the iteration was
-still closing in when its sweeps were used up."""
+from its solution; unstable: every step was solved, but the run grows from step to step; slow: the residual still
+decreased when the sweeps were used up."""
 
 from __future__ import annotations
 
@@ -16,24 +16,34 @@ from ...cosim.acceleration import spectral_radius
 from ...cosim.master import StepLog
 from ...errors import CouplingError
 
-__all__ = ["KINDS", "Verdict", "alternating_growth", "failed", "mean_growth", "spectral_growth", "succeeded"]
+__all__ = [
+    "KINDS",
+    "Verdict",
+    "alternating_growth",
+    "mean_growth",
+    "spectral_growth",
+    "verdict_of_failure",
+    "verdict_of_run",
+]
 
 KINDS = ("converged", "diverged", "unstable", "slow")
-DELAYS = 3  # steps that a map of states and history reaches back
-NOTHING = 1e-200  # below it a course has died out
-ROUNDING = 1e-9  # of a growth of 1
+DELAYS = 3  # steps back that the map of states and history reaches (quadratic extrapolation)
+NOTHING = 1e-200  # norm below which a record has died out
+ROUNDING = 1e-9  # growth - 1 that is rounding
 
 
 @dataclass(frozen=True)
 class Verdict:
+    """Class of a run and the numbers behind it."""
+
     kind: str  # one of KINDS
     sweeps: float  # mean per macro step; of the step that failed
-    gain: float  # estimated loop gain of the last step; nan where nothing is known of it
-    growth: float  # factor of the run's motion per macro step; nan where it was not looked at or none was seen
+    gain: float  # estimated loop gain of the last step; nan where it is unknown
+    growth: float  # factor of the motion per macro step; nan where it was not measured
 
 
-def succeeded(logs: Sequence[StepLog], growth: float = math.nan) -> Verdict:
-    """Of a run that came to its end."""
+def verdict_of_run(logs: Sequence[StepLog], growth: float = math.nan) -> Verdict:
+    """Verdict on a run that reached its stop time; growth: factor of its motion per step, if measured."""
     inverse = logs[-1].inverse
     return Verdict(
         "unstable" if growth > 1.0 + ROUNDING else "converged",
@@ -43,8 +53,10 @@ def succeeded(logs: Sequence[StepLog], growth: float = math.nan) -> Verdict:
     )
 
 
-def failed(error: CouplingError, explicit: bool) -> Verdict:
-    """Of a run that the master gave up. The second half of the residuals tells: transients are over there."""
+def verdict_of_failure(error: CouplingError, explicit: bool) -> Verdict:
+    """Verdict on a run that the master gave up.
+
+    The second half of the residuals decides, where transients are over."""
     residuals = error.residuals
     closing = len(residuals) > 2 and residuals[-1] < residuals[len(residuals) // 2]
     kind = "unstable" if explicit else "slow" if closing else "diverged"
@@ -52,10 +64,11 @@ def failed(error: CouplingError, explicit: bool) -> Verdict:
 
 
 def spectral_growth(record: Sequence[np.ndarray]) -> float:
-    """Spectral radius of one macro step as a linear map of states and history, seen from the course of a run, states
-    (n,) per step: delay vectors of the states follow the map, whose eigenvalues a least-squares fit of it has."""
-    course = np.array(record[DELAYS:]).T  # the first steps have less history
-    delayed = np.vstack([course[:, k : course.shape[1] - DELAYS + k] for k in range(DELAYS)])
+    """Spectral radius of one macro step as a linear map of states and history, identified from states (n,) per step.
+
+    Delay vectors of the states follow the map; a least-squares fit of it has its eigenvalues."""
+    states = np.array(record[DELAYS:]).T  # the first steps have less history
+    delayed = np.vstack([states[:, k : states.shape[1] - DELAYS + k] for k in range(DELAYS)])
     size = np.linalg.norm(delayed, axis=0)
     alive = int((size > NOTHING).cumprod().sum())
     if alive < 2:
@@ -68,14 +81,15 @@ def spectral_growth(record: Sequence[np.ndarray]) -> float:
 
 
 def mean_growth(record: Sequence[np.ndarray]) -> float:
-    """Per step over the whole course; for runs that die out to the tolerance of their iteration, which shows no map."""
+    """Mean growth per step over the whole record; for runs that decay to the tolerance of their iteration."""
     return float((np.linalg.norm(record[-1]) / np.linalg.norm(record[0])) ** (1.0 / (len(record) - 1)))
 
 
 def alternating_growth(record: Sequence[np.ndarray]) -> float:
-    """Growth per step of what changes sign from step to step in a course, as the errors of a lagging loop do: rms of
-    its second differences in the last third of a run over that in the middle third. nan where they keep their sign:
-    only the motion itself is left then, whose swing a short run cannot tell from growth."""
+    """Growth per step of the part of a record that alternates from step to step, as errors of explicit coupling do.
+
+    The rms of second differences in the last third of the run over that in the middle third. nan where they keep their
+    sign: then only the motion itself is left, whose oscillation a short run cannot tell from growth."""
     second = np.diff(np.array(record), n=2, axis=0)
     third = len(second) // 3
     middle, last = second[-2 * third : -third], second[-third:]

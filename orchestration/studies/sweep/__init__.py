@@ -1,15 +1,27 @@
-"""Many runs of one scene: parameters drawn from distributions or taken from lists, runs spread over processes, what is
-finished kept on disk, one labelled Dataset.
+"""Parameter sweeps: many runs of one scene with parameters from distributions or lists, as one labelled Dataset.
 
-    plan = sweep.read("scatter", runs=64)
-    result = sweep.run(plan, Path("results/scatter.sweep.sqlite"))
+    plan = sweep.read_plan("scatter", runs=64)
+    result = sweep.run_sweep(plan, Path("results/scatter.sweep.sqlite"))
     save_figure(chart.draw(result), Path("results"), "scatter.sweep")
 
-plan: the file; parameter: one of them; design: points of the unit cube; task: one run; store: finished runs on disk;
-sensitivity: which parameter does what; study: all of it; chart: the drawing."""
+Runs are spread over processes; completed runs are kept on disk and reused. plan: the file of a sweep; parameter: one
+varied parameter; design: samples of the unit cube; task: one run; store: completed runs on disk; sensitivity: influence
+of each parameter; study: the whole sweep; chart: the figure."""
 
 from . import chart
-from .plan import KEYS, Plan, Settings, read
-from .study import Progress, run
+from .plan import KEYS, OutputColumns, SweepPlan, SweepSettings, read_plan
+from .study import SweepProgress, run_sweep
+from .task import RunOutcome, SweepTask
 
-__all__ = ["KEYS", "Plan", "Progress", "Settings", "chart", "read", "run"]
+__all__ = [
+    "KEYS",
+    "OutputColumns",
+    "RunOutcome",
+    "SweepPlan",
+    "SweepProgress",
+    "SweepSettings",
+    "SweepTask",
+    "chart",
+    "read_plan",
+    "run_sweep",
+]

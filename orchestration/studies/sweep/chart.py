@@ -1,4 +1,4 @@
-"""A sweep as a figure: per output the bands between quantiles over time, and which parameter matters at the end."""
+"""Figure of a sweep: for each output the bands between quantiles over time and the sensitivities at the end."""
 
 from __future__ import annotations
 
@@ -9,24 +9,24 @@ from matplotlib.figure import Figure
 
 __all__ = ["draw", "outputs"]
 
-MOST_CURVES = 6  # in one panel
+MOST_CURVES = 6  # largest number of elements of an output that one panel shows
 
 
 def outputs(dataset: xr.Dataset) -> tuple[list[str], list[str]]:
-    """The outputs that are drawn, and those that have too many elements for it."""
+    """Names of the outputs that are drawn, and of those that have too many elements."""
     names = [str(name) for name in dataset.data_vars if f"{name}.quantile" in dataset]
     curves = {name: int(np.prod(dataset[name].shape[2:])) for name in names}
     return [n for n in names if curves[n] <= MOST_CURVES], [n for n in names if curves[n] > MOST_CURVES]
 
 
 def draw(dataset: xr.Dataset) -> Figure:
-    """dataset: from study.run."""
+    """Draw the dataset of run_sweep()."""
     names, _ = outputs(dataset)
     rows = max(1, len(names))
     figure = Figure(figsize=(11.0, 3.0 * rows + 0.6), layout="constrained")
     axes = figure.subplots(rows, 2, squeeze=False, width_ratios=(3, 2))
-    for place in axes.flat:
-        place.set_visible(bool(names))
+    for panel in axes.flat:
+        panel.set_visible(bool(names))
     for (left, right), name in zip(axes, names, strict=False):
         _bands(left, dataset, name)
         _sensitivities(right, dataset, name)
@@ -42,7 +42,7 @@ def draw(dataset: xr.Dataset) -> Figure:
 
 
 def _flat(dataset: xr.Dataset, name: str) -> np.ndarray:
-    """(first, time, element)"""
+    """Values with all indices of a vector as one: (first, time, element)."""
     array = dataset[name].to_numpy()
     return array.reshape(*array.shape[:2], -1)
 
@@ -67,7 +67,7 @@ def _bands(axes: Axes, dataset: xr.Dataset, name: str) -> None:
 
 
 def _sensitivities(axes: Axes, dataset: xr.Dataset, name: str) -> None:
-    """Bars per parameter and element: Sobol' indices where there are any, else rank correlations."""
+    """Draw a bar per parameter and element: Sobol' indices where there are any, else rank correlations."""
     parameters = [str(p) for p in dataset["parameter"].to_numpy()]
     known = f"{name}.first_order" in dataset and np.isfinite(_flat(dataset, f"{name}.first_order")[:, -1]).any()
     drawn = {"total_order": 0.35, "first_order": 1.0} if known else {"rank_correlation": 1.0}
@@ -75,8 +75,8 @@ def _sensitivities(axes: Axes, dataset: xr.Dataset, name: str) -> None:
         bars = _flat(dataset, f"{name}.{key}")[:, -1]  # (parameter, element)
         height = 0.8 / bars.shape[1]
         for k in range(bars.shape[1]):
-            places = np.arange(len(parameters)) - 0.4 + (k + 0.5) * height
-            axes.barh(places, np.nan_to_num(bars[:, k]), height, color=f"C{k}", alpha=alpha)
+            positions = np.arange(len(parameters)) - 0.4 + (k + 0.5) * height
+            axes.barh(positions, np.nan_to_num(bars[:, k]), height, color=f"C{k}", alpha=alpha)
     axes.set_yticks(range(len(parameters)), parameters, fontsize=8)
     axes.invert_yaxis()
     axes.set_xlim(*((0.0, 1.05) if known else (-1.0, 1.0)))

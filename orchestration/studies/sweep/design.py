@@ -1,5 +1,6 @@
-"""Designs: points of the unit cube (runs, axes). Cells of a grid lie in their middle, so that a distribution's values
-there are equally likely."""
+"""Designs of experiments: samples of the unit cube, one row per run, one column per parameter.
+
+A grid samples the middle of each cell, so that the values of a distribution there are equally likely."""
 
 from __future__ import annotations
 
@@ -11,18 +12,36 @@ from scipy.stats import qmc
 
 from ...errors import CosimError
 
-__all__ = ["DESIGNS", "points", "saltelli_base"]
+__all__ = ["DESIGNS", "saltelli_base", "samples"]
 
 DESIGNS = ("sobol", "latin", "random", "grid", "saltelli")
 
 
-def points(design: str, runs: int, seed: int, cells: Sequence[int]) -> np.ndarray:
-    """(runs, axes). cells: of each axis, for the grid alone, whose number of runs is their product. The first points
-    of sobol and random stay when there are more runs. Raises CosimError where a design has no such number of runs."""
+def samples(design: str, runs: int, seed: int, cells: Sequence[int]) -> np.ndarray:
+    """Samples (runs, parameters) of the unit cube.
+
+    The first samples of sobol and random stay the same when there are more runs.
+
+    Parameters
+    ----------
+    design : str
+        One of DESIGNS.
+    runs : int
+        Number of samples; a grid has the product of its cells.
+    seed : int
+        Seed of the random designs.
+    cells : sequence of int
+        Number of cells of each parameter; its length is the number of parameters. Only a grid uses the values.
+
+    Raises
+    ------
+    CosimError
+        Where a design has no such number of runs.
+    """
     count = len(cells)
     if design == "grid":
-        axes = np.meshgrid(*((np.arange(n) + 0.5) / n for n in cells), indexing="ij")
-        return np.stack([axis.ravel() for axis in axes], axis=1)
+        grids = np.meshgrid(*((np.arange(n) + 0.5) / n for n in cells), indexing="ij")
+        return np.stack([grid.ravel() for grid in grids], axis=1)
     if design == "latin":
         return qmc.LatinHypercube(count, rng=seed).random(runs)
     if design == "random":
@@ -36,20 +55,23 @@ def points(design: str, runs: int, seed: int, cells: Sequence[int]) -> np.ndarra
     return np.concatenate([first, second, *mixed])
 
 
-def saltelli_base(runs: int, axes: int) -> int:
-    """n of the n (axes + 2) runs from which Sobol' indices are estimated: A, B, and A with each column from B
-    (Saltelli 2010). Raises CosimError where there is none."""
-    n = max(runs // (axes + 2), 1)
+def saltelli_base(runs: int, parameters: int) -> int:
+    """Base size n of the n (parameters + 2) runs from which Sobol' indices are estimated.
+
+    The runs are A, B, and A with each column from B (Saltelli et al., Comput. Phys. Commun. 181, 2010). Raises
+    CosimError where `runs` is not such a number."""
+    n = max(runs // (parameters + 2), 1)
     lower = 1 << (n.bit_length() - 1)
-    if lower * (axes + 2) != runs:
-        fit = " or ".join(str(k * (axes + 2)) for k in (lower, 2 * lower))
+    if lower * (parameters + 2) != runs:
+        fit = " or ".join(str(k * (parameters + 2)) for k in (lower, 2 * lower))
         raise CosimError(
-            f"runs = {runs}: design 'saltelli' with {axes} parameters wants a power of 2 times {axes + 2}; take {fit}"
+            f"runs = {runs}: design 'saltelli' with {parameters} parameters wants a power of 2 times {parameters + 2}; "
+            f"take {fit}"
         )
     return n
 
 
-def _sobol(axes: int, runs: int, seed: int) -> np.ndarray:
+def _sobol(parameters: int, runs: int, seed: int) -> np.ndarray:
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", "The balance properties", UserWarning)  # any number is allowed, 2^m is best
-        return qmc.Sobol(axes, scramble=True, rng=seed).random(runs)
+        return qmc.Sobol(parameters, scramble=True, rng=seed).random(runs)

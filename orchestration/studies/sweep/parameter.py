@@ -1,4 +1,4 @@
-"""One parameter of a sweep: a distribution of scipy.stats with units, or a list of values.
+"""A parameter of a sweep: a distribution of scipy.stats with units, or a list of values.
 
     "thermal.h"   = { uniform = { loc = "15 W/(m2.K)", scale = "10 W/(m2.K)" } }
     "rod.body.E"  = { lognorm = { s = 0.1, scale = "37.8 kPa" }, levels = 5 }       levels: of a grid
@@ -22,15 +22,31 @@ from ...scene import Coupling, Scene, validation
 from ...scene.schema import declared
 from ...scene.validation import Layer
 
-__all__ = ["Axis", "read"]
+__all__ = ["Parameter", "read_parameter"]
 
 _SHAPE = Variable("shape", 0, "Real", "local", "fixed", "", "1", {})
 _LEVELS = Variable("levels", 0, "Integer", "local", "fixed", "", "1", {}, least=1, most=10_000)
 
 
 @dataclass(frozen=True)
-class Axis:
-    """Either `values`, as a scene takes them, or `law` of scipy.stats with `arguments`."""
+class Parameter:
+    """A varied parameter: a list of values or a distribution.
+
+    Parameters
+    ----------
+    name : str
+        Keys of a scene that share one value, separated by commas.
+    variable : Variable
+        Type, unit and range of the first of them.
+    values : tuple
+        Values of a list, as a scene takes them; empty for a distribution.
+    law : str
+        Name of a distribution in scipy.stats; empty for a list.
+    arguments : tuple of (str, float)
+        Arguments of the distribution.
+    levels : int
+        Number of its values in a grid.
+    """
 
     name: str
     variable: Variable
@@ -41,28 +57,29 @@ class Axis:
 
     @property
     def cells(self) -> int:
-        """Of a grid."""
+        """Number of its cells in a grid."""
         return len(self.values) or self.levels
 
-    def at(self, u: float) -> float | int | bool | str:
-        """The value at the share u of the distribution, or of the list."""
+    def value_at(self, u: float) -> float | int | bool | str:
+        """Value at the share u, in [0, 1), of the distribution or of the list."""
         if self.values:
             return self.values[min(int(u * len(self.values)), len(self.values) - 1)]
-        value = float(self.frozen.ppf(u))
+        value = float(self.distribution.ppf(u))
         return round(value) if self.variable.type == "Integer" else value
 
     @cached_property
-    def frozen(self) -> Any:
+    def distribution(self) -> Any:
+        """The distribution of scipy.stats with its arguments."""
         return getattr(stats, self.law)(**dict(self.arguments))
 
     def settings(self, value: float | int | bool | str) -> list[str]:
-        """As --set takes it, to the last bit."""
+        """Overrides of a scene that set the value, exact to the last bit."""
         text = str(value).lower() if isinstance(value, bool) else str(value)
         return [f"{name}={text}" for name in _names(self.name)]
 
 
-def read(layer: Layer, scene: Scene, name: str, raw: Any) -> Axis:
-    """Raises SceneError, which names what is allowed."""
+def read_parameter(layer: Layer, scene: Scene, name: str, raw: Any) -> Parameter:
+    """Read one entry of the table `parameters`. Raises SceneError, which names what is allowed."""
     key = f"parameters.{name}"
     variable, *others = [_variable(layer, scene, one, key) for one in _names(name)]
     for other in others:
@@ -72,7 +89,7 @@ def read(layer: Layer, scene: Scene, name: str, raw: Any) -> Axis:
         if not raw:
             layer.refuse(key, raw, "an empty list; give values, or a distribution")
         values = [validation.scalar(layer, key, value, variable) for value in raw]
-        return Axis(name, variable, tuple(variable.item_name(float(v)) if variable.items else v for v in values))
+        return Parameter(name, variable, tuple(variable.item_name(float(v)) if variable.items else v for v in values))
     if not isinstance(raw, Mapping):
         layer.refuse(key, raw, "wants a list of values or a distribution, such as { uniform = { loc = 1, scale = 2 } }")
     laws = [word for word in raw if word != "levels"]
@@ -80,7 +97,7 @@ def read(layer: Layer, scene: Scene, name: str, raw: Any) -> Axis:
         layer.refuse(key, dict(raw), "wants one distribution, such as { uniform = { loc = 1, scale = 2 } }")
     arguments = _arguments(layer, key, laws[0], raw[laws[0]], variable)
     levels = int(validation.scalar(layer, f"{key}: levels", raw["levels"], _LEVELS)) if "levels" in raw else 0
-    return Axis(name, variable, law=laws[0], arguments=arguments, levels=levels)
+    return Parameter(name, variable, law=laws[0], arguments=arguments, levels=levels)
 
 
 def _names(name: str) -> list[str]:
@@ -88,7 +105,7 @@ def _names(name: str) -> list[str]:
 
 
 def _variable(layer: Layer, scene: Scene, name: str, key: str) -> Variable:
-    """What is known of a parameter; of a vector set as a whole, its first element."""
+    """Declaration of a parameter; of its first element where a vector is set as a whole."""
     member, _, rest = name.partition(".")
     if member == "coupling":
         known = declared(Coupling)
@@ -120,17 +137,17 @@ def _arguments(layer: Layer, key: str, law: str, raw: Any, variable: Variable) -
     kind = getattr(stats, law)
     shapes = [shape.strip() for shape in kind.shapes.split(",")] if kind.shapes else []
     allowed = [*shapes, "loc"] if discrete else [*shapes, "loc", "scale"]
-    found = {}
+    arguments = {}
     for name, value in raw.items():
         where = f"{key}: {law}.{name}"
         if name not in allowed:
             layer.refuse(where, value, f"unknown; {similar(name, allowed)}")
         if name in shapes:
-            found[name] = validation.number(layer, where, value, _SHAPE)
+            arguments[name] = validation.number(layer, where, value, _SHAPE)
         else:
-            found[name] = validation.number(layer, where, value, variable, difference=name == "scale")
-    if missing := [shape for shape in shapes if shape not in found]:
+            arguments[name] = validation.number(layer, where, value, variable, difference=name == "scale")
+    if missing := [shape for shape in shapes if shape not in arguments]:
         layer.refuse(key, dict(raw), f"{law} wants {', '.join(missing)} as well")
-    if not np.isfinite(kind(**found).ppf(0.5)):
+    if not np.isfinite(kind(**arguments).ppf(0.5)):
         layer.refuse(key, dict(raw), f"arguments that {law} does not allow")
-    return tuple(found.items())
+    return tuple(arguments.items())

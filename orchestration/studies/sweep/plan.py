@@ -1,4 +1,4 @@
-"""A sweep as data: TOML in, checked against the scene's FMUs."""
+"""The plan of a sweep: read from TOML and checked against the scene's FMUs."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ from ...scene.schema import setting, settings
 from ...scene.validation import Layer
 from ...simulation import recorded_variables
 from . import design, parameter
-from .parameter import Axis
+from .parameter import Parameter
 
-__all__ = ["KEYS", "Plan", "Settings", "read"]
+__all__ = ["KEYS", "OutputColumns", "SweepPlan", "SweepSettings", "read_plan"]
 
 KEYS = {
     "title": "one line of text",
@@ -33,12 +33,12 @@ KEYS = {
     "of scipy.stats, { name = { arguments } }, whose loc and scale have the parameter's unit; levels = n: its "
     "values in a grid",
 }
-_MOST = 10_000_000  # numbers kept per sweep and output element, as a guard against a slip
+_MOST = 10_000_000  # largest number of values kept per output element: a guard against a slip in interval or runs
 
 
 @dataclass(frozen=True)
-class Settings:
-    """How points are chosen and what is kept of a run."""
+class SweepSettings:
+    """Settings of a sweep: its design and the times that are kept of each run."""
 
     design: str = setting(
         "sobol",
@@ -51,83 +51,116 @@ class Settings:
 
 
 @dataclass(frozen=True)
-class Plan:
-    """What is to be run. points: (runs, axes) as --set texts."""
+class OutputColumns:
+    """Shape of one output in the rows of a run, beyond its time dimension."""
+
+    dims: tuple[str, ...]
+    shape: tuple[int, ...]
+    attributes: dict[str, str]
+
+    @property
+    def count(self) -> int:
+        """Number of scalar columns."""
+        return math.prod(self.shape)
+
+
+@dataclass(frozen=True)
+class SweepPlan:
+    """Everything that a sweep runs and keeps."""
 
     name: str
     title: str
-    source: str  # scene name or file
-    overrides: tuple[str, ...]
+    source: str  # name or file of the scene
+    overrides: tuple[str, ...]  # of every run
     scene: Scene
-    settings: Settings
-    axes: tuple[Axis, ...]
-    values: tuple[tuple[Any, ...], ...]  # per run, one per axis
+    settings: SweepSettings
+    parameters: tuple[Parameter, ...]
+    values: tuple[tuple[Any, ...], ...]  # (runs, parameters)
     outputs: tuple[str, ...]
     quantiles: tuple[float, ...]
-    times: np.ndarray  # (n,) [s]
+    times: np.ndarray  # (n,) [s] that are kept
 
-    def points(self) -> list[tuple[str, ...]]:
-        """Per run, what is set."""
+    def run_overrides(self) -> list[tuple[str, ...]]:
+        """Overrides of each run beyond those of every run."""
         return [
-            tuple(text for a, v in zip(self.axes, row, strict=True) for text in a.settings(v)) for row in self.values
+            tuple(text for p, v in zip(self.parameters, row, strict=True) for text in p.settings(v))
+            for row in self.values
         ]
 
-    def columns(self) -> dict[str, tuple[tuple[str, ...], tuple[int, ...], dict[str, str]]]:
-        """Per output: dimensions and shape beyond time, attributes."""
-        found = _columns(self.scene)
-        return {name: found[name] for name in self.outputs}
+    def columns(self) -> dict[str, OutputColumns]:
+        """Columns of each output kept, in the order of a run's rows."""
+        columns = _columns(self.scene)
+        return {name: columns[name] for name in self.outputs}
 
     def identity(self) -> dict[str, str]:
-        """Everything that makes a run what it is; more runs of the same sweep are still the same."""
-        about = results.scene_record(self.scene, "")
+        """Everything that decides the result of a run; the number of runs does not."""
+        record = results.scene_record(self.scene, "")
         chosen = {key: value for key, value in asdict(self.settings).items() if key != "runs"}
         return {
-            **{key: str(about[key]) for key in ("stop_time_s", "coupling", "connections", "members", "versions")},
+            **{key: str(record[key]) for key in ("stop_time_s", "coupling", "connections", "members", "versions")},
             "settings": json.dumps(chosen),
-            "parameters": json.dumps([[a.name, a.values, a.law, a.arguments, a.levels] for a in self.axes]),
+            "parameters": json.dumps([[p.name, p.values, p.law, p.arguments, p.levels] for p in self.parameters]),
             "outputs": json.dumps(self.outputs),
             "times": json.dumps(list(self.times)),
             **{m.name: m.archive.digest for m in self.scene.members},
         }
 
 
-def read(source: str | Path, runs: int | None = None, overrides: Sequence[str] = ()) -> Plan:
-    """The sweep of that name or file. runs: in place of the file's; overrides: after those of the file. Raises
-    CosimError, which names file, key, value and remedy."""
+def read_plan(source: str | Path, runs: int | None = None, overrides: Sequence[str] = ()) -> SweepPlan:
+    """Read the plan of a sweep.
+
+    Parameters
+    ----------
+    source : str or Path
+        Name of a sweep of the package, or a .toml file.
+    runs : int, optional
+        Number of runs in place of that of the file.
+    overrides : sequence of str
+        'key=value' that hold in all runs, after (and so instead of) those of the file.
+
+    Returns
+    -------
+    SweepPlan
+
+    Raises
+    ------
+    CosimError
+        Names file, key, value and remedy.
+    """
     path = scene.find(source, "sweeps", "sweep")
     layer = scene.load(path)
     top = dict(layer.raw)
-    known = {key: top.pop(key) for key in KEYS if key in top}
-    chosen = settings(Settings, [(layer, top)])
+    entries = {key: top.pop(key) for key in KEYS if key in top}
+    chosen = settings(SweepSettings, [(layer, top)])
     chosen = chosen if runs is None else replace(chosen, runs=runs)
     for key in ("scene", "outputs", "parameters"):
-        if not known.get(key):
+        if not entries.get(key):
             layer.refuse(key, None, f"missing; add {KEYS[key]}")
-    texts = {key: _texts(layer, key, known.get(key, [])) for key in ("set", "outputs")}
-    if not isinstance(known["scene"], str):
-        layer.refuse("scene", known["scene"], f"wants the {KEYS['scene']}")
-    beside = path.parent / known["scene"]
-    where = str(beside) if beside.is_file() else known["scene"]
-    base = scene.read(where, held := (*texts["set"], *overrides))
+    texts = {key: _texts(layer, key, entries.get(key, [])) for key in ("set", "outputs")}
+    if not isinstance(entries["scene"], str):
+        layer.refuse("scene", entries["scene"], f"wants the {KEYS['scene']}")
+    beside = path.parent / entries["scene"]
+    where = str(beside) if beside.is_file() else entries["scene"]
+    base = scene.read(where, common := (*texts["set"], *overrides))
     if base.accuracy.level == "auto":
         remedy = "add to set what `tca-cosim select` finds, and 'fidelity.level=given'"
-        layer.refuse("scene", known["scene"], f"fidelity.level = 'auto' would choose anew in every run; {remedy}")
-    if not isinstance(known["parameters"], Mapping):
-        layer.refuse("parameters", known["parameters"], f"wants a {KEYS['parameters']}")
-    axes = tuple(parameter.read(layer, base, name, raw) for name, raw in known["parameters"].items())
-    chosen = _counted(layer, chosen, axes)
-    cube = design.points(chosen.design, chosen.runs, chosen.seed, [a.cells for a in axes])
-    return Plan(
+        layer.refuse("scene", entries["scene"], f"fidelity.level = 'auto' would choose anew in every run; {remedy}")
+    if not isinstance(entries["parameters"], Mapping):
+        layer.refuse("parameters", entries["parameters"], f"wants a {KEYS['parameters']}")
+    parameters = tuple(parameter.read_parameter(layer, base, name, raw) for name, raw in entries["parameters"].items())
+    chosen = _counted(layer, chosen, parameters)
+    samples = design.samples(chosen.design, chosen.runs, chosen.seed, [p.cells for p in parameters])
+    return SweepPlan(
         name=path.stem,
-        title=str(known.get("title", path.stem)),
+        title=str(entries.get("title", path.stem)),
         source=where,
-        overrides=held,
+        overrides=common,
         scene=base,
         settings=chosen,
-        axes=axes,
-        values=tuple(tuple(a.at(float(u)) for a, u in zip(axes, row, strict=True)) for row in cube),
+        parameters=parameters,
+        values=tuple(tuple(p.value_at(float(u)) for p, u in zip(parameters, row, strict=True)) for row in samples),
         outputs=_outputs(layer, base, texts["outputs"]),
-        quantiles=_quantiles(layer, known.get("quantiles", [0.05, 0.25, 0.5, 0.75, 0.95])),
+        quantiles=_quantiles(layer, entries.get("quantiles", [0.05, 0.25, 0.5, 0.75, 0.95])),
         times=_times(layer, base, chosen),
     )
 
@@ -138,19 +171,19 @@ def _texts(layer: Layer, key: str, raw: Any) -> tuple[str, ...]:
     return tuple(raw)
 
 
-def _counted(layer: Layer, chosen: Settings, axes: Sequence[Axis]) -> Settings:
-    """With the number of runs that the design has."""
+def _counted(layer: Layer, chosen: SweepSettings, parameters: Sequence[Parameter]) -> SweepSettings:
+    """The settings with the number of runs that the design has."""
     if chosen.design != "grid":
-        if levelled := [a.name for a in axes if a.levels]:
+        if levelled := [p.name for p in parameters if p.levels]:
             layer.refuse("parameters", levelled[0], "levels are of design = 'grid'; remove them or take that design")
         if not chosen.runs:
             layer.refuse("runs", None, "missing; add for example runs = 256")
         if chosen.design == "saltelli":
-            design.saltelli_base(chosen.runs, len(axes))
+            design.saltelli_base(chosen.runs, len(parameters))
         return chosen
-    if flat := [a.name for a in axes if not a.cells]:
+    if flat := [p.name for p in parameters if not p.cells]:
         layer.refuse("parameters", flat[0], "in a grid a distribution wants levels, such as levels = 5")
-    cells = math.prod(a.cells for a in axes)
+    cells = math.prod(p.cells for p in parameters)
     if chosen.runs not in (0, cells):
         layer.refuse("runs", chosen.runs, f"the grid has {cells} points; leave runs out, or change lists and levels")
     return replace(chosen, runs=cells)
@@ -164,13 +197,15 @@ def _outputs(layer: Layer, base: Scene, names: Sequence[str]) -> tuple[str, ...]
     return tuple(dict.fromkeys(names))
 
 
-def _columns(base: Scene) -> dict[str, tuple[tuple[str, ...], tuple[int, ...], dict[str, str]]]:
-    found = {}
+def _columns(base: Scene) -> dict[str, OutputColumns]:
+    columns = {}
     for member in base.members:
         variables = recorded_variables(member)
-        for name, (dims, empty, about) in results.arrays(member.name, variables, np.empty((0, len(variables)))).items():
-            found[name] = dims[1:] if len(dims) > 1 else (), empty.shape[1:], about
-    return found
+        for name, (dims, empty, attributes) in results.arrays(
+            member.name, variables, np.empty((0, len(variables)))
+        ).items():
+            columns[name] = OutputColumns(dims[1:] if len(dims) > 1 else (), empty.shape[1:], attributes)
+    return columns
 
 
 def _quantiles(layer: Layer, raw: Any) -> tuple[float, ...]:
@@ -180,7 +215,7 @@ def _quantiles(layer: Layer, raw: Any) -> tuple[float, ...]:
     return tuple(sorted(float(q) for q in set(numbers)))
 
 
-def _times(layer: Layer, base: Scene, chosen: Settings) -> np.ndarray:
+def _times(layer: Layer, base: Scene, chosen: SweepSettings) -> np.ndarray:
     interval = chosen.interval or base.coupling.macro_step
     count = max(1, round(base.stop_time / interval))
     if count * chosen.runs > _MOST:

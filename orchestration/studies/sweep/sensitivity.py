@@ -1,5 +1,4 @@
-"""Which parameter does what. Rank correlation (Spearman) from any design; Sobol' indices of first and total order from
-design `saltelli`."""
+"""Sensitivity of outputs to parameters: Spearman's rank correlation from any design, Sobol' indices from `saltelli`."""
 
 from __future__ import annotations
 
@@ -14,10 +13,12 @@ __all__ = ["rank_correlation", "sobol_indices"]
 
 
 def rank_correlation(settings: np.ndarray, outputs: np.ndarray) -> np.ndarray:
-    """settings: (runs, axes); outputs: (runs, columns). (axes, columns), nan where nothing varies."""
-    axes, columns = settings.shape[1], outputs.shape[1]
+    """Spearman's rank correlation (parameters, columns), nan where nothing varies.
+
+    settings: (runs, parameters); outputs: (runs, columns)."""
+    parameters, columns = settings.shape[1], outputs.shape[1]
     if len(settings) < 3:
-        return np.full((axes, columns), np.nan)
+        return np.full((parameters, columns), np.nan)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", stats.ConstantInputWarning)
         ranks = [stats.rankdata(values, axis=0) for values in (settings, outputs)]
@@ -26,16 +27,17 @@ def rank_correlation(settings: np.ndarray, outputs: np.ndarray) -> np.ndarray:
             return (x.T @ y) / np.sqrt(np.outer((x * x).sum(axis=0), (y * y).sum(axis=0)))
 
 
-def sobol_indices(axes: int, outputs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """outputs: (n (axes + 2), columns) in the order of the design. First and total order, (axes, columns) each; nan
-    where nothing varies or a run failed."""
-    n = saltelli_base(len(outputs), axes)
-    blocks = outputs.reshape(axes + 2, n, -1)
-    first, total = (np.full((axes, outputs.shape[1]), np.nan) for _ in range(2))
+def sobol_indices(parameters: int, outputs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Sobol' indices of first and total order, (parameters, columns) each; nan where nothing varies or a run failed.
+
+    outputs: (n (parameters + 2), columns) in the order of the design `saltelli`."""
+    n = saltelli_base(len(outputs), parameters)
+    blocks = outputs.reshape(parameters + 2, n, -1)
+    first, total = (np.full((parameters, outputs.shape[1]), np.nan) for _ in range(2))
     good = np.isfinite(outputs).all(axis=0) & (np.ptp(outputs, axis=0) > 0.0)
     if good.any():
         f_A, f_B, *f_AB = (block[:, good].T for block in blocks)
-        found = stats.sobol_indices(func={"f_A": f_A, "f_B": f_B, "f_AB": np.array(f_AB)}, n=n)
-        first[:, good] = found.first_order.reshape(-1, axes).T  # scipy leaves out the dimension of one output
-        total[:, good] = found.total_order.reshape(-1, axes).T
+        indices = stats.sobol_indices(func={"f_A": f_A, "f_B": f_B, "f_AB": np.array(f_AB)}, n=n)
+        first[:, good] = indices.first_order.reshape(-1, parameters).T  # scipy leaves out the dimension of one output
+        total[:, good] = indices.total_order.reshape(-1, parameters).T
     return first, total

@@ -1,5 +1,6 @@
-"""Finished runs on disk, so that a sweep that was killed goes on where it was: an SQLite file, every run a transaction
-of its own, found again by what was set in it."""
+"""Completed runs on disk, so that an interrupted sweep resumes and reuses them.
+
+An SQLite file; every run is one transaction, identified by its overrides."""
 
 from __future__ import annotations
 
@@ -11,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from ...errors import CosimError
-from .task import Outcome
+from .task import RunOutcome
 
 __all__ = ["Store"]
 
@@ -22,8 +23,10 @@ CREATE TABLE IF NOT EXISTS runs (point TEXT PRIMARY KEY, failure TEXT NOT NULL, 
 
 
 class Store:
-    """identity: of the sweep; a file of another one is refused. Use as a context manager, or close(). One process at
-    a time writes. Raises CosimError."""
+    """The file of one sweep; one process at a time writes. Use as a context manager, or close().
+
+    path: of the file; identity: SweepPlan.identity(), a file of another sweep is refused; rows: number of times kept.
+    Raises CosimError."""
 
     def __init__(self, path: Path, identity: Mapping[str, str], rows: int) -> None:
         self.path, self._rows = path, rows
@@ -43,22 +46,25 @@ class Store:
             self.close()
             raise
 
-    def outcomes(self) -> dict[tuple[str, ...], Outcome]:
-        """By point."""
-        found = {}
+    def outcomes(self) -> dict[tuple[str, ...], RunOutcome]:
+        """Completed runs by their overrides."""
+        outcomes = {}
         for text, failure, blob in self._file.execute("SELECT point, failure, series FROM runs"):
-            point = tuple(json.loads(text))
+            overrides = tuple(json.loads(text))
             series = None if blob is None else np.frombuffer(blob, "<f8").reshape(self._rows, -1)
-            found[point] = Outcome(point, series, failure)
-        return found
+            outcomes[overrides] = RunOutcome(overrides, series, failure)
+        return outcomes
 
-    def add(self, outcome: Outcome) -> None:
-        """On disk when this returns."""
+    def add(self, outcome: RunOutcome) -> None:
+        """Write one run; it is on disk when this returns."""
         blob = None if outcome.series is None else outcome.series.astype("<f8").tobytes()
         with self._file:
-            self._file.execute("INSERT INTO runs VALUES (?, ?, ?)", (json.dumps(outcome.point), outcome.failure, blob))
+            self._file.execute(
+                "INSERT INTO runs VALUES (?, ?, ?)", (json.dumps(outcome.overrides), outcome.failure, blob)
+            )
 
     def close(self) -> None:
+        """Close the file."""
         self._file.close()
 
     def __enter__(self) -> Store:

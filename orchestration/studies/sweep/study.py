@@ -1,4 +1,4 @@
-"""A sweep, run: points that no earlier process finished, then everything as one labelled Dataset."""
+"""Execution of a sweep: runs that no earlier process completed, then all runs as one labelled Dataset."""
 
 from __future__ import annotations
 
@@ -12,51 +12,77 @@ import xarray as xr
 
 from ... import results
 from ...parallel import Worker, serial
-from .plan import Plan
+from .plan import OutputColumns, SweepPlan
 from .sensitivity import rank_correlation, sobol_indices
 from .store import Store
-from .task import Outcome, Point
+from .task import RunOutcome, SweepTask
 
-__all__ = ["Progress", "run"]
+__all__ = ["SweepProgress", "run_sweep"]
 
 
 @dataclass(frozen=True)
-class Progress:
-    found: int  # runs that were finished before
-    done: int  # runs that were finished now
+class SweepProgress:
+    """How far a sweep is, in runs."""
+
+    reused: int  # completed by an earlier process
+    done: int  # completed by this one
     total: int
 
 
-def run(
-    plan: Plan,
+def run_sweep(
+    plan: SweepPlan,
     path: Path,
-    worker: Worker[Outcome] = serial,
-    progress: Callable[[Progress], None] = lambda progress: None,
+    worker: Worker[RunOutcome] = serial,
+    progress: Callable[[SweepProgress], None] = lambda progress: None,
 ) -> xr.Dataset:
-    """path: of the file that keeps finished runs; the same plan finds them there again. Runs that fail are rows with
-    their message. Raises CosimError where the file is of another sweep."""
-    points = plan.points()
+    """Run a sweep, or resume it.
+
+    Parameters
+    ----------
+    plan : SweepPlan
+        What is run.
+    path : Path
+        File that keeps completed runs; the same plan reuses them.
+    worker : Worker
+        Executes the runs: parallel.serial here, or spread over processes.
+    progress : callable
+        Called with the progress at the start and after every run.
+
+    Returns
+    -------
+    Dataset
+        Outputs (run, time, ...) with the parameters as coordinates of run, quantiles and sensitivities. A run that
+        fails is a row of nan with its message in `failure`.
+
+    Raises
+    ------
+    CosimError
+        Where the file belongs to another sweep.
+    """
+    overrides = plan.run_overrides()
     with Store(path, plan.identity(), plan.times.size) as store:
         outcomes = store.outcomes()
-        missing = [point for point in dict.fromkeys(points) if point not in outcomes]
-        total = len(set(points))
-        progress(Progress(total - len(missing), 0, total))
-        tasks = [Point(plan.source, plan.overrides, point, plan.outputs, plan.times) for point in missing]
+        missing = [run for run in dict.fromkeys(overrides) if run not in outcomes]
+        total = len(set(overrides))
+        progress(SweepProgress(total - len(missing), 0, total))
+        tasks = [SweepTask(plan.source, plan.overrides, run, plan.outputs, plan.times) for run in missing]
         for done, (_, outcome) in enumerate(worker(tasks), 1):
             store.add(outcome)
-            outcomes[outcome.point] = outcome
-            progress(Progress(total - len(missing), done, total))
-    return _dataset(plan, [outcomes[point] for point in points])
+            outcomes[outcome.overrides] = outcome
+            progress(SweepProgress(total - len(missing), done, total))
+    return _dataset(plan, [outcomes[run] for run in overrides])
 
 
-def _dataset(plan: Plan, outcomes: list[Outcome]) -> xr.Dataset:
-    """Outputs (run, time, ...) with parameters as coordinates of run; per output NAME.quantile (quantile, time, ...),
-    NAME.rank_correlation and, from design `saltelli`, NAME.first_order, NAME.total_order (parameter, time, ...)."""
+def _dataset(plan: SweepPlan, outcomes: list[RunOutcome]) -> xr.Dataset:
+    """The labelled Dataset of all runs.
+
+    For each output NAME (run, time, ...) also NAME.quantile (quantile, time, ...), NAME.rank_correlation and, from
+    design `saltelli`, NAME.first_order, NAME.total_order (parameter, time, ...)."""
     columns = plan.columns()
-    width = sum(int(np.prod(shape)) for _, shape, _ in columns.values())
+    width = sum(output.count for output in columns.values())
     absent = np.full((plan.times.size, width), np.nan)
     runs = np.array([absent if o.series is None else o.series for o in outcomes])
-    names = [axis.name for axis in plan.axes]
+    names = [parameter.name for parameter in plan.parameters]
     dataset = xr.Dataset(
         {"failure": ("run", [o.failure for o in outcomes], {"long_name": "why a run failed; empty where it did not"})},
         {
@@ -66,43 +92,45 @@ def _dataset(plan: Plan, outcomes: list[Outcome]) -> xr.Dataset:
             "parameter": ("parameter", names, {"long_name": "name of a parameter"}),
             **{name: _coordinate(plan, k) for k, name in enumerate(names)},
         },
-        _about(plan, outcomes),
+        _attributes(plan, outcomes),
     )
     begin = 0
-    for name, (dims, shape, about) in columns.items():
-        end = begin + int(np.prod(shape))
+    for name, output in columns.items():
+        end = begin + output.count
         values = runs[:, :, begin:end]
         begin = end
-        dataset[name] = ("run", "time", *dims), values.reshape(*values.shape[:2], *shape), about
-        for key, (first, array, attributes) in _statistics(plan, values, about).items():
+        dims, shape = output.dims, output.shape
+        dataset[name] = ("run", "time", *dims), values.reshape(*values.shape[:2], *shape), output.attributes
+        for key, (first, array, attributes) in _statistics(plan, values, output).items():
             dataset[f"{name}.{key}"] = (first, "time", *dims), array.reshape(*array.shape[:2], *shape), attributes
     return dataset
 
 
-def _coordinate(plan: Plan, k: int) -> tuple[str, np.ndarray, dict[str, str]]:
-    about = plan.axes[k].variable
-    return "run", np.array([row[k] for row in plan.values]), {"units": about.unit, "long_name": about.description}
+def _coordinate(plan: SweepPlan, k: int) -> tuple[str, np.ndarray, dict[str, str]]:
+    variable = plan.parameters[k].variable
+    return "run", np.array([row[k] for row in plan.values]), {"units": variable.unit, "long_name": variable.description}
 
 
 def _statistics(
-    plan: Plan, values: np.ndarray, about: dict[str, str]
+    plan: SweepPlan, values: np.ndarray, output: OutputColumns
 ) -> dict[str, tuple[str, np.ndarray, dict[str, str]]]:
-    """values: (run, time, element). Of runs that did not fail; lists of values are ranked in the order given."""
+    """Quantiles and sensitivities of one output over the runs that did not fail.
+
+    values: (run, time, element). Values of a list are ranked in the order of the list."""
     good = ~np.isnan(values).all(axis=(1, 2))
     flat = values.reshape(len(values), -1)
-    shape = (len(plan.axes), *values.shape[1:])
+    shape = (len(plan.parameters), *values.shape[1:])
     ranked = [
-        [axis.values.index(v) if axis.values else v for axis, v in zip(plan.axes, row, strict=True)]
-        for row in plan.values
+        [p.values.index(v) if p.values else v for p, v in zip(plan.parameters, row, strict=True)] for row in plan.values
     ]
     quantiles = (
         np.quantile(values[good], plan.quantiles, axis=0)
         if good.any()
         else np.full((len(plan.quantiles), *values.shape[1:]), np.nan)
     )
-    text = about["long_name"]
-    found = {
-        "quantile": ("quantile", quantiles, {"units": about["units"], "long_name": f"quantiles: {text}"}),
+    text, unit = output.attributes["long_name"], output.attributes["units"]
+    statistics = {
+        "quantile": ("quantile", quantiles, {"units": unit, "long_name": f"quantiles: {text}"}),
         "rank_correlation": (
             "parameter",
             rank_correlation(np.array(ranked, dtype=float)[good], flat[good]).reshape(shape),
@@ -110,13 +138,13 @@ def _statistics(
         ),
     }
     if plan.settings.design == "saltelli":
-        for key, array in zip(("first_order", "total_order"), sobol_indices(len(plan.axes), flat), strict=True):
-            words = {"units": "1", "long_name": f"Sobol' index, {key.replace('_', ' ')}: {text}"}
-            found[key] = ("parameter", array.reshape(shape), words)
-    return found
+        for key, array in zip(("first_order", "total_order"), sobol_indices(len(plan.parameters), flat), strict=True):
+            attributes = {"units": "1", "long_name": f"Sobol' index, {key.replace('_', ' ')}: {text}"}
+            statistics[key] = ("parameter", array.reshape(shape), attributes)
+    return statistics
 
 
-def _about(plan: Plan, outcomes: list[Outcome]) -> dict[str, object]:
+def _attributes(plan: SweepPlan, outcomes: list[RunOutcome]) -> dict[str, object]:
     failed = sum(bool(o.failure) for o in outcomes)
     return {
         **results.scene_record(plan.scene, "complete" if not failed else f"{failed} of {len(outcomes)} runs failed"),
@@ -124,5 +152,5 @@ def _about(plan: Plan, outcomes: list[Outcome]) -> dict[str, object]:
         "sweep": plan.name,
         "set": json.dumps(plan.overrides),
         "design": json.dumps(asdict(plan.settings)),
-        "parameters": json.dumps({a.name: a.values or {a.law: dict(a.arguments)} for a in plan.axes}),
+        "parameters": json.dumps({p.name: p.values or {p.law: dict(p.arguments)} for p in plan.parameters}),
     }

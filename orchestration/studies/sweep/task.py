@@ -1,4 +1,4 @@
-"""One run of a sweep, to be done in any process that sees the scene's files."""
+"""One run of a sweep, executed in any process that sees the scene's files."""
 
 from __future__ import annotations
 
@@ -10,36 +10,45 @@ from ... import scene, simulation
 from ...errors import CosimError
 from ...fmi.archive import cached_archive
 
-__all__ = ["Outcome", "Point"]
+__all__ = ["RunOutcome", "SweepTask"]
 
 
 @dataclass(frozen=True)
-class Outcome:
-    """series: (times, columns of all outputs), None where the run failed; failure: why, '' where it did not."""
+class RunOutcome:
+    """Result of one run.
 
-    point: tuple[str, ...]
+    overrides: what is set in this run alone; series: (times, columns of all outputs), None where the run failed;
+    failure: its message, empty where it did not."""
+
+    overrides: tuple[str, ...]
     series: np.ndarray | None
     failure: str = ""
 
 
 @dataclass(frozen=True)
-class Point:
-    """What is set in this run beyond `held`; called, it runs."""
+class SweepTask:
+    """A run to be done; calling it runs it.
+
+    source: name or file of the scene; common: overrides of every run; overrides: those of this one; outputs: names of
+    what is kept; times: (n,) [s] at which it is kept, linear between macro steps."""
 
     source: str
-    held: tuple[str, ...]
-    point: tuple[str, ...]
+    common: tuple[str, ...]
+    overrides: tuple[str, ...]
     outputs: tuple[str, ...]
     times: np.ndarray
 
-    def lost(self, why: str) -> Outcome:
-        return Outcome(self.point, None, why)
+    def lost(self, why: str) -> RunOutcome:
+        """The outcome of a run whose process died."""
+        return RunOutcome(self.overrides, None, why)
 
-    def __call__(self) -> Outcome:
+    def __call__(self) -> RunOutcome:
+        """Run the scene; a failure becomes an outcome."""
         try:
-            result = simulation.run(scene.read(self.source, (*self.held, *self.point), cached_archive))
+            result = simulation.run(scene.read(self.source, (*self.common, *self.overrides), cached_archive))
         except CosimError as error:
-            return Outcome(self.point, None, str(error))
+            return RunOutcome(self.overrides, None, str(error))
         ran = result["time"].to_numpy()
         columns = np.concatenate([result[name].to_numpy().reshape(ran.size, -1) for name in self.outputs], axis=1)
-        return Outcome(self.point, np.stack([np.interp(self.times, ran, column) for column in columns.T], axis=1))
+        series = np.stack([np.interp(self.times, ran, column) for column in columns.T], axis=1)
+        return RunOutcome(self.overrides, series)

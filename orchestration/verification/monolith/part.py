@@ -1,42 +1,54 @@
 """A member of the monolith: differential equations (an FMU as model exchange) or an algebraic map (a quasi-static FMU,
-whose outputs follow its inputs). Shapes: n states in use, n_u inputs, n_y wired outputs."""
+whose outputs follow its inputs). Shapes: n states in use, n_u inputs, n_y wired outputs, n_z event indicators."""
 
 from __future__ import annotations
 
-import ctypes
+import math
 from collections.abc import Sequence
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
-import fmpy.fmi2 as fmi2
 import numpy as np
 
 from ...cosim.subsystem import Port
-from ...errors import SubsystemError
-from ...fmi.instance import Instance
 from ...fmi.slave import Slave
+from ...fmi.values import Group
+from ...fmi.variables import Variable
 from ...scene import Member
 
-__all__ = ["Equilibrium", "Model", "Part"]
+__all__ = ["EventUpdate", "Part", "QuasiStaticPart"]
+
+
+class EventUpdate(NamedTuple):
+    """What one update of discrete states tells."""
+
+    again: bool  # whether a further update is needed at the same instant
+    terminate: bool  # whether the FMU wishes the simulation to end
 
 
 class Part(Protocol):
+    """One member. Life cycle: initialise (repeatedly), begin, then any order of the rest, close."""
+
     name: str
     inputs: tuple[Port, ...]
     outputs: tuple[Port, ...]
     nominals: np.ndarray  # (n,) of the states
+    indicator_count: int  # n_z
+    next_event: float  # time of the next time event [s]; inf: none
 
-    def follows(self, output: str) -> frozenset[str]:
-        """The inputs that act on an output at once."""
+    def direct_inputs(self, output: str) -> frozenset[str]:
+        """Names of the inputs that act on an output at once."""
 
     def initialise(self, time: float, values: np.ndarray) -> np.ndarray:
-        """Outputs at the start for input values; repeatedly."""
+        """Outputs (n_y,) at the start time [s] for input values (n_u,)."""
 
     def begin(self) -> np.ndarray:
-        """Ends initialisation; the states (n,) at the start."""
+        """End the initialisation; the states (n,) at the start."""
 
-    def place(self, time: float, states: np.ndarray) -> None: ...
+    def set_state(self, time: float, states: np.ndarray) -> None:
+        """Set time [s] and states (n,)."""
 
-    def feed(self, values: np.ndarray) -> None: ...
+    def set_inputs(self, values: np.ndarray) -> None:
+        """Set the inputs (n_u,)."""
 
     def values(self) -> np.ndarray:
         """Outputs (n_y,) now."""
@@ -44,104 +56,69 @@ class Part(Protocol):
     def rates(self) -> np.ndarray:
         """Time derivatives (n,) of the states now."""
 
-    def record(self) -> np.ndarray: ...
+    def indicators(self) -> np.ndarray:
+        """Event indicators (n_z,) now."""
 
-    def close(self) -> None: ...
+    def completed_step(self) -> tuple[bool, bool]:
+        """Tell the end of an integrator step; whether the part needs an event, and whether it wishes to end."""
 
+    def enter_events(self) -> None:
+        """Enter event mode."""
 
-class Model(Instance):
-    """An FMU for model exchange. Only states that its parameters need are shown."""
+    def update_discrete(self) -> EventUpdate:
+        """Update discrete states once, in event mode."""
 
-    kind = fmi2.FMU2Model
+    def leave_events(self) -> np.ndarray:
+        """Leave event mode; the states (n,), which an event may have changed."""
 
-    def __init__(
-        self, member: Member, inputs: Sequence[str], outputs: Sequence[str], recorded: Sequence[str] = ()
-    ) -> None:
-        description = member.archive.description
-        if description.modelExchange is None:
-            raise SubsystemError(f"{member.name}: {member.archive.path} offers no model exchange; export it with it")
-        super().__init__(member.archive, member.name, member.parameters, inputs, outputs, recorded)
-        rows = [unknown.variable for unknown in description.derivatives]
-        self._rates = np.zeros(len(rows))
-        self._all = np.zeros(len(rows))
-        self._rates_buffer, self._all_buffer = (
-            (fmi2.fmi2Real * len(rows)).from_buffer(values) for values in (self._rates, self._all)
-        )
-        self._pairs = [(row.derivative.valueReference, row.valueReference) for row in rows]
-        self._direct = {
-            unknown.variable.name: frozenset(
-                inputs if unknown.dependencies is None else (v.name for v in unknown.dependencies)
-            )
-            for unknown in description.outputs
-        }
+    def record(self) -> np.ndarray:
+        """Recorded variables now."""
 
-    def follows(self, output: str) -> frozenset[str]:
-        return self._direct[output]
-
-    def begin(self) -> np.ndarray:
-        self._call("fmi2ExitInitializationMode")
-        self._call("fmi2EnterContinuousTimeMode")
-        self._call("fmi2GetContinuousStates", self._all_buffer, self._all.size)
-        start = self._all.copy()
-        self._all += 1.0  # states that are not in use cannot be moved
-        self._call("fmi2SetContinuousStates", self._all_buffer, self._all.size)
-        self._call("fmi2GetContinuousStates", self._all_buffer, self._all.size)
-        self._used = np.flatnonzero(self._all != start)
-        self._call("fmi2GetNominalsOfContinuousStates", self._rates_buffer, self._rates.size)
-        self.nominals = self._rates[self._used]
-        self._all[:] = start
-        self._call("fmi2SetContinuousStates", self._all_buffer, self._all.size)
-        return start[self._used]
-
-    def place(self, time: float, states: np.ndarray) -> None:
-        self._all[self._used] = states
-        self._call("fmi2SetTime", ctypes.c_double(time))
-        self._call("fmi2SetContinuousStates", self._all_buffer, self._all.size)
-
-    def feed(self, values: np.ndarray) -> None:
-        self._write_inputs(values)
-
-    def rates(self) -> np.ndarray:
-        self._call("fmi2GetDerivatives", self._rates_buffer, self._rates.size)
-        return self._rates[self._used]
-
-    def linearised(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """A (n, n), B (n, n_u), C (n_y, n), D (n_y, n_u) here, by the FMU's directional derivatives."""
-        n, outputs = self._used.size, len(self.outputs)
-        unknowns = [*(self._pairs[k][1] for k in self._used), *self._wired.references]
-        known = [*(self._pairs[k][0] for k in self._used), *self._driven.references]
-        whole = np.zeros((n + outputs, len(known)))
-        for k, reference in enumerate(known):
-            whole[:, k] = self._fmu.getDirectionalDerivative(unknowns, [reference], [1.0])
-        return whole[:n, :n], whole[:n, n:], whole[n:, :n], whole[n:, n:]
+    def close(self) -> None:
+        """Release everything."""
 
 
-class Equilibrium:
+class _ReadableSlave(Slave):
+    """A slave whose local variables can be read."""
+
+    def read(self, variables: Sequence[Variable]) -> np.ndarray:
+        """Values (n,) of Real variables now."""
+        return self._read(Group(variables))
+
+
+class QuasiStaticPart:
     """A quasi-static FMU: each step of the co-simulation slave ends in the equilibrium of its inputs, whatever its
-    length; it has no state of its own, and time means nothing to it."""
+    length. It has no states; time does not matter to it."""
 
     nominals = np.zeros(0)
+    indicator_count = 0
+    next_event = math.inf
 
     def __init__(self, member: Member, inputs: Sequence[str], outputs: Sequence[str], recorded: Sequence[str]) -> None:
-        self._slave = Slave(member.archive, member.name, member.parameters, inputs, outputs, recorded)
+        self._slave = _ReadableSlave(member.archive, member.name, member.parameters, inputs, outputs, recorded)
         self.name, self.inputs, self.outputs = member.name, self._slave.inputs, self._slave.outputs
+        self._variables = member.archive.variables
         self._steps = 0
         self._inputs = np.zeros((4, len(self.inputs)))
 
-    def follows(self, output: str) -> frozenset[str]:
+    def direct_inputs(self, output: str) -> frozenset[str]:
+        """All inputs: they act at once."""
         return frozenset(port.name for port in self.inputs)
 
     def initialise(self, time: float, values: np.ndarray) -> np.ndarray:
+        """Outputs (n_y,) at the start time [s] for input values (n_u,)."""
         return self._slave.initialise(time, values)
 
     def begin(self) -> np.ndarray:
+        """End the initialisation; there are no states."""
         self._slave.begin()
         return np.zeros(0)
 
-    def place(self, time: float, states: np.ndarray) -> None:
-        pass
+    def set_state(self, time: float, states: np.ndarray) -> None:
+        """Nothing to set."""
 
-    def feed(self, values: np.ndarray) -> None:
+    def set_inputs(self, values: np.ndarray) -> None:
+        """Go to the equilibrium of the inputs (n_u,), unless it is there already."""
         if self._steps and np.array_equal(self._inputs[0], values):
             return
         self._inputs[0] = values
@@ -150,13 +127,42 @@ class Equilibrium:
         self._steps += 1
 
     def values(self) -> np.ndarray:
+        """Outputs (n_y,) at the equilibrium."""
         return self._slave.values()
 
     def rates(self) -> np.ndarray:
+        """Empty: there are no states."""
         return np.zeros(0)
 
+    def indicators(self) -> np.ndarray:
+        """Empty: an equilibrium has no events."""
+        return np.zeros(0)
+
+    def completed_step(self) -> tuple[bool, bool]:
+        """Nothing to tell."""
+        return False, False
+
+    def enter_events(self) -> None:
+        """Nothing to do."""
+
+    def update_discrete(self) -> EventUpdate:
+        """There are no discrete states."""
+        return EventUpdate(False, False)
+
+    def leave_events(self) -> np.ndarray:
+        """There are no states."""
+        return np.zeros(0)
+
+    def read(self, names: Sequence[str]) -> dict[str, float]:
+        """Values at the equilibrium of those of the variables that the FMU has and that are not rates."""
+        variables = self._variables
+        known = [name for name in names if name in variables and not name.startswith("strain_rate")]
+        return dict(zip(known, self._slave.read([variables[name] for name in known]).tolist(), strict=True))
+
     def record(self) -> np.ndarray:
+        """Recorded variables at the equilibrium."""
         return self._slave.record()
 
     def close(self) -> None:
+        """Release the FMU."""
         self._slave.close()

@@ -1,4 +1,4 @@
-"""The members of a scene as one system x' = f(t, x).
+"""The members of a scene as one system x' = f(t, x) with events.
 
 Outputs feed inputs in an order in which each is known before it acts (an algebraic loop has none and is refused). A
 TCA loop that the scene leaves to the master, delta -> delta_guess, is closed inside the rod instead."""
@@ -14,16 +14,19 @@ import numpy as np
 
 from ...cosim.signals import Signal
 from ...cosim.topology import Connection
-from ...errors import SceneError
+from ...errors import SceneError, SubsystemError
 from ...scene import Member, Scene
+from ...scene.manipulator import ROD
 from ...simulation import recorded_variables
-from .part import Equilibrium, Model, Part
+from .model_exchange import ModelExchangePart
+from .part import Part, QuasiStaticPart
 
 __all__ = ["System", "Wire", "assembled"]
 
-_INSTANT = 1e-9  # [s]
+_INSTANT = 1e-9  # [s] length of the step at whose start a signal is evaluated at an end of an interval
+_UPDATES = 1000  # of discrete states at one instant, after which the system is taken not to settle
 
-Piece = tuple[float, float]  # between two events [s]
+Interval = tuple[float, float]  # between two breaks of the signals [s]
 
 
 class Wire(NamedTuple):
@@ -37,27 +40,27 @@ class Wire(NamedTuple):
 
 
 class System:
-    """parts in the scene's order. Use assembled(); values go along wires as in the scene."""
+    """The coupled parts, in the scene's order. Made by assembled()."""
 
     def __init__(self, scene: Scene, parts: dict[str, Part]) -> None:
         self.parts = parts
         self._inputs = {name: np.array([port.start for port in part.inputs]) for name, part in parts.items()}
-        column = {name: {p.name: k for k, p in enumerate(part.inputs)} for name, part in parts.items()}
-        place = {name: {p.name: k for k, p in enumerate(part.outputs)} for name, part in parts.items()}
-        self.wires = [
-            Wire(c.source[0], place[c.source[0]][c.source[1]], c.target[0], column[c.target[0]][c.target[1]], c)
+        inputs = {name: {p.name: k for k, p in enumerate(part.inputs)} for name, part in parts.items()}
+        outputs = {name: {p.name: k for k, p in enumerate(part.outputs)} for name, part in parts.items()}
+        self.wires: list[Wire] = [
+            Wire(c.source[0], outputs[c.source[0]][c.source[1]], c.target[0], inputs[c.target[0]][c.target[1]], c)
             for c in scene.connections
         ]
         self._signals: list[tuple[str, int, Signal]] = [
-            (m.name, column[m.name][name], signal) for m in scene.members for name, signal in m.signals.items()
+            (m.name, inputs[m.name][name], signal) for m in scene.members for name, signal in m.signals.items()
         ]
-        self._visits = _visits(parts, scene.connections)
+        self._order = _evaluation_order(parts, scene.connections)
         self._slices: dict[str, slice] = {}
 
-    def start(self, time: float, piece: Piece) -> np.ndarray:
-        """Consistent values at the start; the states there."""
-        self._drive(time, piece)
-        for name in self._visits:
+    def start(self, time: float, interval: Interval) -> np.ndarray:
+        """Initialise consistently; the states (n,) at the start."""
+        self._set_signals(time, interval)
+        for name in self._order:
             self._pass_on(name, self.parts[name].initialise(time, self._inputs[name]))
         for name, part in self.parts.items():
             part.initialise(time, self._inputs[name])
@@ -66,33 +69,86 @@ class System:
         self._slices = {name: slice(*ends[k : k + 2]) for k, name in enumerate(self.parts)}
         return np.concatenate(states)
 
-    def place(self, time: float, states: np.ndarray, piece: Piece) -> None:
-        """All parts at that time and state, inputs and outputs consistent. piece: decides at its ends."""
+    def set_state(self, time: float, states: np.ndarray, interval: Interval) -> None:
+        """Set all parts to that time [s] and state (n,), inputs and outputs consistent.
+
+        interval: decides at its ends which side of a jump of a signal holds."""
         for name, part in self.parts.items():
-            part.place(time, states[self._slices[name]])
-        self._drive(time, piece)
-        for name in self._visits:
-            self.parts[name].feed(self._inputs[name])
-            self._pass_on(name, self.parts[name].values())
-        for name, part in self.parts.items():
-            part.feed(self._inputs[name])
+            part.set_state(time, states[self._slices[name]])
+        self._set_signals(time, interval)
+        self._pass_all()
 
     def rates(self) -> np.ndarray:
+        """Time derivatives (n,) of the states now."""
         return np.concatenate([part.rates() for part in self.parts.values()])
 
+    @property
+    def indicator_count(self) -> int:
+        """Number of event indicators n_z."""
+        return sum(part.indicator_count for part in self.parts.values())
+
+    def indicators(self) -> np.ndarray:
+        """Event indicators (n_z,) now."""
+        return np.concatenate([part.indicators() for part in self.parts.values()])
+
+    @property
+    def next_event(self) -> float:
+        """Time of the next time event [s]; inf: none."""
+        return min(part.next_event for part in self.parts.values())
+
+    def completed_step(self) -> tuple[bool, str]:
+        """Tell all parts the end of an integrator step; whether one needs an event, and which wishes to end."""
+        needed, ending = False, ""
+        for name, part in self.parts.items():
+            event, terminate = part.completed_step()
+            needed, ending = needed or event, ending or (name if terminate else "")
+        return needed, ending
+
+    def handle_event(self, time: float, states: np.ndarray, interval: Interval) -> tuple[np.ndarray, str]:
+        """Update discrete states of all parts at an event until none changes any more.
+
+        Returns the states (n,) after it, and the name of a part that wishes to end. Raises SubsystemError where
+        discrete states do not settle."""
+        self.set_state(time, states, interval)
+        for part in self.parts.values():
+            part.enter_events()
+        ending = ""
+        for _ in range(_UPDATES):
+            updates = {name: part.update_discrete() for name, part in self.parts.items()}
+            ending = ending or next((name for name, update in updates.items() if update.terminate), "")
+            before = {name: values.copy() for name, values in self._inputs.items()}
+            self._pass_all()
+            moved = any(not np.array_equal(values, before[name]) for name, values in self._inputs.items())
+            if ending or not (moved or any(update.again for update in updates.values())):
+                return np.concatenate([part.leave_events() for part in self.parts.values()]), ending
+        raise SubsystemError(
+            f"monolith: discrete states of {', '.join(self.parts)} do not settle at t = {time:.6g} s "
+            f"({_UPDATES} updates); look for a loop of discrete variables without delay"
+        )
+
     def record(self) -> dict[str, np.ndarray]:
+        """Recorded variables of each part now."""
         return {name: part.record() for name, part in self.parts.items()}
 
     def nominals(self) -> np.ndarray:
+        """Nominal values (n,) of the states."""
         return np.concatenate([part.nominals for part in self.parts.values()])
 
     def inputs(self, name: str) -> np.ndarray:
+        """Input values (n_u,) of a part now."""
         return self._inputs[name].copy()
 
-    def _drive(self, time: float, piece: Piece) -> None:
-        # A signal is asked for the step whose middle is the middle of the piece, so that a jump at an end of the piece
-        # is never seen from the wrong side.
-        length = piece[0] + piece[1] - 2.0 * time
+    def _pass_all(self) -> None:
+        for name in self._order:
+            self.parts[name].set_inputs(self._inputs[name])
+            self._pass_on(name, self.parts[name].values())
+        for name, part in self.parts.items():
+            part.set_inputs(self._inputs[name])
+
+    def _set_signals(self, time: float, interval: Interval) -> None:
+        # A signal is evaluated for the step whose middle is that of the interval, so that a jump at an end of the
+        # interval is never taken from the wrong side.
+        length = interval[0] + interval[1] - 2.0 * time
         for name, column, signal in self._signals:
             self._inputs[name][column] = signal.polynomial(time, length if abs(length) > _INSTANT else _INSTANT)[0]
 
@@ -107,28 +163,41 @@ class System:
 
 @contextlib.contextmanager
 def assembled(scene: Scene) -> Iterator[System]:
-    """The system of a scene that is closed_inside(). Raises SceneError, SubsystemError."""
+    """The system of a scene that is closed_inside(); freed at the end. Raises SceneError, SubsystemError."""
+    _refuse_discrete_wires(scene)
     with contextlib.ExitStack() as stack:
         for member in scene.members:
             stack.callback(member.archive.close)
         yield System(scene, {m.name: stack.enter_context(contextlib.closing(_part(scene, m))) for m in scene.members})
 
 
+def _refuse_discrete_wires(scene: Scene) -> None:
+    archives = {m.name: m.archive for m in scene.members}
+    for connection in scene.connections:
+        kinds = [archives[end[0]].variables[end[1]].type for end in (connection.source, connection.target)]
+        if kinds != ["Real", "Real"]:
+            raise SceneError(
+                f"monolith: {connection} connects {' to '.join(kinds)}; the monolith passes Real values only, run the "
+                "scene as co-simulation"
+            )
+
+
 def _part(scene: Scene, member: Member) -> Part:
-    fed = [c.target[1] for c in scene.connections if c.target[0] == member.name]
+    wired = [c.target[1] for c in scene.connections if c.target[0] == member.name]
     outputs = list(dict.fromkeys(c.source[1] for c in scene.connections if c.source[0] == member.name))
-    kind = Equilibrium if member.value("dynamic") is False else Model
-    return kind(member, [*fed, *member.signals], outputs, [v.name for v in recorded_variables(member)])
+    quasi_static = member.archive.description.modelName == ROD and member.value("dynamic") is False
+    kind = QuasiStaticPart if quasi_static else ModelExchangePart
+    return kind(member, [*wired, *member.signals], outputs, [v.name for v in recorded_variables(member)])
 
 
-def _visits(parts: dict[str, Part], connections: tuple[Connection, ...]) -> list[str]:
-    """Parts in the order in which their outputs are read, so that what acts at once is known."""
+def _evaluation_order(parts: dict[str, Part], connections: tuple[Connection, ...]) -> list[str]:
+    """Names of the parts in the order in which outputs are read, so that each input is known before it acts."""
     graph = nx.DiGraph()
     for name, part in parts.items():
         for port in part.outputs:
             graph.add_node((name, port.name))
             for c in connections:
-                if c.target[0] == name and c.target[1] in part.follows(port.name):
+                if c.target[0] == name and c.target[1] in part.direct_inputs(port.name):
                     graph.add_edge(c.source, (name, port.name))
     try:
         order = [name for name, _ in nx.lexicographical_topological_sort(graph, key=str)]
