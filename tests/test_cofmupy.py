@@ -13,7 +13,7 @@ import pytest
 import tca_cosim as tca
 from pythonfmu import FmuBuilder
 from tca_cosim.benchmarks.peers import cofmupy
-from tca_cosim.benchmarks.peers.cofmupy import HERE, LOOP, OURS, THEIRS, Row, job, ours, parse, rate, show
+from tca_cosim.benchmarks.peers.cofmupy import HERE, LOOP, OURS, THEIRS, CofmupyRow, job, ours, parse, rate, show
 
 DELTA = [("rod", f"delta[{k}]") for k in (1, 2, 3)]
 
@@ -65,7 +65,7 @@ def test_their_answer_is_the_last_line(gain: str, tmp_path: Path) -> None:
         tmp_path,
         "import sys\nopen('asked', 'w').write(sys.stdin.read())\nprint('hello')\n" + f"print({json.dumps(said)!r})",
     )
-    answer = cofmupy.theirs(fake, tca.read(file), [("one", "y")], tmp_path)
+    answer = cofmupy.run_theirs(fake, tca.read(file), [("one", "y")], tmp_path)
     np.testing.assert_array_equal(answer.watched, [[0.75], [0.5]])
     assert (answer.failure, answer.cpu) == ("", 0.25)
     asked = json.loads((tmp_path / "asked").read_text())
@@ -85,19 +85,19 @@ def test_a_python_without_it_is_named_with_the_remedy(tmp_path: Path) -> None:
 
 def test_verdicts_and_ratios() -> None:
     reference = np.full((3, 1), 2.0)
-    made = cofmupy.Answer
+    made = cofmupy.MasterRun
     assert rate(made("", np.array([[2.0], [1.0], [2.0]]), 1.0), reference) == ("converges", 0.5)
     assert rate(made("", np.array([[2.0], [9.0], [2.0]]), 1.0), reference)[0] == "says nothing, and diverges"
     assert rate(made("", np.full((3, 1), np.nan), 1.0), reference)[0] == "says nothing, and diverges"
     verdict, error = rate(made("no\nmore", np.array([[2.0]]), 1.0), reference)
     assert (verdict, error) == ("ends at step 2 of 3: no", math.inf)
     rows = [
-        Row("a", 0.5, OURS, 1.0, "converges", 1e-3, 2.0),
-        Row("a", 0.5, OURS, 0.1, "converges", 1e-6, 8.0),
-        Row("a", 0.5, THEIRS, 0.1, "converges", 1e-2, 3.0),
-        Row("a", 0.5, THEIRS, 0.01, "converges", 1e-5, 16.0),
-        Row("a", 2.0, THEIRS, 0.01, "says nothing, and diverges", 1e9, 16.0),
-        Row("b", 0.5, THEIRS, 0.01, "converges", 1e-5, 16.0),
+        CofmupyRow("a", 0.5, OURS, 1.0, "converges", 1e-3, 2.0),
+        CofmupyRow("a", 0.5, OURS, 0.1, "converges", 1e-6, 8.0),
+        CofmupyRow("a", 0.5, THEIRS, 0.1, "converges", 1e-2, 3.0),
+        CofmupyRow("a", 0.5, THEIRS, 0.01, "converges", 1e-5, 16.0),
+        CofmupyRow("a", 2.0, THEIRS, 0.01, "says nothing, and diverges", 1e9, 16.0),
+        CofmupyRow("b", 0.5, THEIRS, 0.01, "converges", 1e-5, 16.0),
     ]
     ratio, same = (list(column.cells) for column in show(rows).columns[-2:])
     assert ratio == ["-", "-", "1.5", "2", "-", "-"]

@@ -119,10 +119,10 @@ def test_cofmupys_rollback_iterates_where_the_gain_is_below_1(
     exact = tca.run(tca.read("step", [*settings, "rod.closure=inside"]))["rod.delta"].to_numpy()[1:]
     scene = tca.read("step", [*settings, f"connections={cofmupy.WIRES}"])
     watch = [("rod", f"delta[{k}]") for k in (1, 2, 3)]
-    said, error = cofmupy.rate(cofmupy.theirs(python, scene, watch, tmp_path), exact)
+    said, error = cofmupy.rate(cofmupy.run_theirs(python, scene, watch, tmp_path), exact)
     assert said.startswith(verdict)
     assert error < 0.03 or verdict != "converges"
-    said, error = cofmupy.rate(cofmupy.ours(scene, watch), exact)
+    said, error = cofmupy.rate(cofmupy.run_ours(scene, watch), exact)
     assert (said, error < 1e-5) == ("converges", True)
 
 

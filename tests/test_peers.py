@@ -10,9 +10,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tca_cosim.benchmarks.peers import compare, ours, write
-from tca_cosim.benchmarks.peers.release import Release
-from tca_cosim.benchmarks.peers.table import OURS, Row, rate, summary
+from tca_cosim.benchmarks.peers import compare_peers, ours, write
+from tca_cosim.benchmarks.peers.release import ReleaseProblem
+from tca_cosim.benchmarks.peers.table import OURS, PeerRow, summary, with_ratios
 from tca_cosim.fmi.archive import Archive, find_fmu
 
 
@@ -24,8 +24,8 @@ def row(
     often: bool = True,
     damped: bool = False,
     dim: int = 3,
-) -> Row:
-    return Row(code, damped, dim, "", often, cpu, cpu, cpu, 1 / cpu, error, largest)
+) -> PeerRow:
+    return PeerRow(code, damped, dim, "", often, cpu, cpu, cpu, 1 / cpu, error, largest)
 
 
 def test_ratio_is_to_our_fastest_row_that_is_as_good() -> None:
@@ -39,7 +39,7 @@ def test_ratio_is_to_our_fastest_row_that_is_as_good() -> None:
         row("other", 8.0, 9.0),
         row("other", 8.0, math.nan, math.nan),
     ]
-    rated = rate(rows)
+    rated = with_ratios(rows)
     ratios = [(r.ratio, r.ratio_every_10_ms, r.ratio_largest, r.ratio_spatial) for r in rated if r.code == "other"]
     nothing = math.nan
     expected = [(16, 16, 2, 8), (16, 16, 16, 2), (nothing, nothing, 16, nothing), (nothing,) * 4]
@@ -52,7 +52,7 @@ def test_ratio_is_to_our_fastest_row_that_is_as_good() -> None:
 @pytest.mark.parametrize(("damped", "allowed"), [(False, 12e-6), (True, 5e-6)])  # m; order and tolerance set them
 def test_our_finest_rows_meet_the_reference(damped: bool, allowed: float) -> None:
     with Archive(find_fmu("rod.fmu")) as archive:
-        release = Release(archive, damped)
+        release = ReleaseProblem(archive, damped)
         finest = [
             setting for setting in ours.settings(damped) if setting["order"] >= 4 and setting["tolerance"] <= 1e-3
         ]
@@ -70,7 +70,7 @@ def test_a_code_that_is_missing_is_named_with_the_remedy_and_the_rest_runs(
     for name in ("elastica", "exudyn"):
         monkeypatch.setitem(sys.modules, name, None)
         monkeypatch.delitem(sys.modules, f"tca_cosim.benchmarks.peers.{name}", raising=False)
-    rows, notes = compare(repeats=1)
+    rows, notes = compare_peers(repeats=1)
     assert {r.code for r in rows} == {OURS}
     for package in ("pyelastica", "exudyn"):
         (said,) = (note for note in notes if package in note)

@@ -7,7 +7,7 @@ from tca_cosim.benchmarks import profile
 
 
 def test_shares_of_a_run() -> None:
-    found = profile.measure(tca.read("step", ["stop_time=2"]), repeats=1)
+    found = profile.profile_run(tca.read("step", ["stop_time=2"]), repeats=1)
     result = tca.run(tca.read("step", ["stop_time=2"]))
     assert found.steps == 20
     assert found.sweeps == float(result["coupling.sweeps"][1:].mean())

@@ -7,6 +7,7 @@ import contextlib
 import csv
 import json
 import math
+import tracemalloc
 from pathlib import Path
 
 import numpy as np
@@ -15,12 +16,12 @@ import tca_cosim
 import xarray as xr
 from tca_cosim import results
 from tca_cosim.benchmarks import work_precision
-from tca_cosim.benchmarks.peers.table import Row
-from tca_cosim.benchmarks.work_precision.norm import Norm, front
+from tca_cosim.benchmarks.peers.table import PeerRow
+from tca_cosim.benchmarks.work_precision.norm import ErrorNorm, pareto_front, values_at
+from tca_cosim.benchmarks.work_precision.reference_solution import solve_reference
 from tca_cosim.benchmarks.work_precision.release import draw
-from tca_cosim.benchmarks.work_precision.series import plan
-from tca_cosim.benchmarks.work_precision.solvers import SOLVERS, CoSimulation, LateError
-from tca_cosim.benchmarks.work_precision.truth import solve as solve_truth
+from tca_cosim.benchmarks.work_precision.series import read_series
+from tca_cosim.benchmarks.work_precision.solvers import SOLVERS, CoSimulation, TimeLimitError
 from tca_cosim.errors import CosimError, CouplingError
 from tca_cosim.fmi.archive import cached_archive
 from tca_cosim.scene import read
@@ -31,10 +32,10 @@ SMALL = """
 outputs = 4
 [panels]
 all = "a small chart"
-[truth.coarse]
+[reference.coarse]
 set = ["thermal.tolerance=1e-5", "rod.order=2"]
 tolerance = 1e-6
-[truth.fine]
+[reference.fine]
 set = ["thermal.tolerance=1e-6", "rod.order=3"]
 tolerance = 1e-8
 [[series]]
@@ -89,31 +90,51 @@ def test_the_norm_on_known_data() -> None:
     run = course(
         thermal_T=np.array([[9.0, 9.0], [312.0, 301.0], [320.0, 301.0]]), rod_delta=np.array([[2e-3, 0.0]] * 3)
     )
-    norm = Norm.of(truth, truth["time"].to_numpy())
+    norm = ErrorNorm.from_reference(truth, truth["time"].to_numpy())
     assert norm.ranges == {"thermal.T": 20.0}  # what rests is left out, and so is the start
     assert norm.error(run) == pytest.approx(math.sqrt((0.1**2 + 0.05**2) / 4), rel=1e-12)
     assert norm.axis() == "error: RMS over 2 times of T, each over its range [1]"
     with pytest.raises(CosimError, match="no value at t = 1 s"):
         norm.error(run.isel(time=[0, 2]))
     with pytest.raises(CosimError, match="varies in this scene"):
-        Norm.of(truth.drop_vars("thermal.T"), truth["time"].to_numpy())
+        ErrorNorm.from_reference(truth.drop_vars("thermal.T"), truth["time"].to_numpy())
 
 
 def test_the_front_on_known_data() -> None:
     errors = np.array([1e-1, 1e-2, 1e-2, 1e-3, 2e-3, np.inf, 1e-4])
     costs = np.array([1.0, 2.0, 2.0, 4.0, 5.0, 0.1, np.nan])
-    np.testing.assert_array_equal(front(errors, costs), [True, True, True, True, False, False, False])
+    np.testing.assert_array_equal(pareto_front(errors, costs), [True, True, True, True, False, False, False])
+
+
+def test_values_of_many_rows_take_linear_memory() -> None:
+    """1e5 rows at 1e5 times: a matrix of differences would take 80 GB."""
+    there = np.linspace(0.0, 10.0, 100_001)
+    result = xr.Dataset({"rod.delta": (("time", "index3"), np.outer(there, [1.0, 2.0, 3.0]))}, {"time": there})
+    tracemalloc.start()
+    found = values_at(result, "rod.delta", there * (1.0 + 1e-12))
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    np.testing.assert_array_equal(found[:, 1], 2.0 * there)
+    assert peak < 30 * there.nbytes
+    with pytest.raises(CosimError, match=r"no value at t = 5\.00005 s"):
+        values_at(result, "rod.delta", np.array([0.0, 5.00005, 10.0]))
+
+
+def test_times_are_equal_to_rounding() -> None:
+    result = xr.Dataset({"rod.delta": ("time", np.array([0.0, 1.0, 4.0]))}, {"time": [0.0, 1.0, 2.0]})
+    for times in ([0.0, 1.0, 2.0], [1e-12, 1.0 - 1e-12, 2.0 - 1e-12], [-1e-12, 1.0 + 1e-12, 2.0 + 1e-12]):
+        assert values_at(result, "rod.delta", np.array(times)).ravel().tolist() == [0.0, 1.0, 4.0]
 
 
 # -- series ------------------------------------------------------------------------------------------------------------
 
 
 def test_every_solver_has_a_series_and_every_scene_points_of_every_panel() -> None:
-    own = plan()
+    own = read_series()
     assert {series.solver for series in own.series} == set(SOLVERS)
     for name in ("step", "drop"):
         scene = tca_cosim.read(name)
-        trials = own.of(scene)
+        trials = own.trials(scene)
         assert {trial.panel for trial in trials} == set(own.panels)
         for trial in trials:
             read(name, trial.overrides, cached_archive)  # refuses what does not exist
@@ -126,14 +147,14 @@ def test_every_solver_has_a_series_and_every_scene_points_of_every_panel() -> No
         ('panel = "all"', 'panel = "al"', "did you mean 'all'"),
         ("steps = [1, 2]", "steps = [1]", "one length"),
         ("steps = [1, 2]", "step = [1, 2]", "did you mean 'steps'"),
-        ("[truth.coarse]", "[thruth.coarse]", "coarse"),
+        ("[reference.coarse]", "[refernce.coarse]", "coarse"),
         ("[panels]", "[panels", "cannot be read"),
     ],
 )
 def test_mistakes_in_a_file_of_series_are_named(old: str, new: str, said: str, tmp_path: Path) -> None:
     (tmp_path / "mine.toml").write_text(SMALL.replace(old, new, 1))
     with pytest.raises(CosimError, match=said):
-        plan(tmp_path / "mine.toml")
+        read_series(tmp_path / "mine.toml")
 
 
 # -- a chart -----------------------------------------------------------------------------------------------------------
@@ -143,7 +164,7 @@ def test_mistakes_in_a_file_of_series_are_named(old: str, new: str, said: str, t
 def small(tmp_path_factory: pytest.TempPathFactory) -> xr.Dataset:
     file = tmp_path_factory.mktemp("chart") / "small.toml"
     file.write_text(SMALL)
-    return work_precision.run("step", ["stop_time=2"], repeats=3, limit=0.5, file=file)
+    return work_precision.run_chart("step", ["stop_time=2"], repeats=3, limit=0.5, file=file)
 
 
 def test_every_point_is_in_the_table_with_its_settings(small: xr.Dataset) -> None:
@@ -157,7 +178,7 @@ def test_every_point_is_in_the_table_with_its_settings(small: xr.Dataset) -> Non
     assert bool((small["time_low"][good] <= small["time"][good]).all())
     assert bool((small["time"][good] <= small["time_high"][good]).all())
     assert 4 <= small["work"][0] < small["work"][1]  # at least one in each step
-    for key in ("commit", "machine", "versions", "fmus", "sources", "axis", "truth", "floor", "status"):
+    for key in ("commit", "machine", "versions", "fmus", "sources", "axis", "reference", "floor", "status"):
         assert key in small.attrs
     assert set(json.loads(small.attrs["fmus"])) == {"thermal", "rod"}
     assert 0.0 < small.attrs["floor"] < 1e-3
@@ -174,7 +195,7 @@ def test_failures_say_why(small: xr.Dataset) -> None:
 
 
 def test_failures_are_drawn_at_the_edge(small: xr.Dataset) -> None:
-    above = work_precision.picture.draw(small).axes[0]
+    above = work_precision.plot.draw(small).axes[0]
     crosses = [line for line in above.lines if line.get_marker() == "x"]
     assert len(crosses) == 3
     right = above.get_xlim()[1]
@@ -192,11 +213,11 @@ def test_the_table_is_written_whole(small: xr.Dataset, tmp_path: Path) -> None:
 
 
 def test_the_best_of_each_solver(small: xr.Dataset) -> None:
-    found = work_precision.best(small, 0.1)
+    found = work_precision.fastest_points(small, 0.1)
     assert set(found) == {"cosimulation", "monolith", "reference"}
     times = small["time"].to_numpy()
     assert times[found["cosimulation"]] == np.nanmin(times[:2])
-    assert work_precision.best(small, 0.0) == {}
+    assert work_precision.fastest_points(small, 0.0) == {}
 
 
 def test_a_run_begun_again_is_the_same() -> None:
@@ -204,7 +225,7 @@ def test_a_run_begun_again_is_the_same() -> None:
     solver = CoSimulation("step", ["stop_time=1"], times, steps=2)
     solver.run(math.inf)
     first, work = solver.result(), solver.work
-    solver.ready()
+    solver.rewind()
     solver.run(math.inf)
     again = solver.result()
     xr.testing.assert_identical(first, again)
@@ -216,7 +237,7 @@ def test_a_run_begun_again_is_the_same() -> None:
 def test_the_limit_ends_every_first_run(solver: str, scene: str) -> None:
     times = np.linspace(0.0, 0.2, 3)
     tried = SOLVERS[solver](scene, ["stop_time=0.2"], times)
-    with contextlib.closing(tried), pytest.raises(LateError, match=r"stopped at t = .* of CPU time") as late:
+    with contextlib.closing(tried), pytest.raises(TimeLimitError, match=r"stopped at t = .* of CPU time") as late:
         tried.run(1e-9)
     assert str(late.value).startswith("search for a level") is (solver == "auto")
 
@@ -224,7 +245,9 @@ def test_the_limit_ends_every_first_run(solver: str, scene: str) -> None:
 def test_a_truth_says_how_far_it_is(tmp_path: Path) -> None:
     (tmp_path / "small.toml").write_text(SMALL)
     heard: list[tuple[int, float]] = []
-    work_precision.truth(["step"], ["stop_time=1"], tmp_path / "small.toml", progress=lambda *told: heard.append(told))
+    work_precision.reference_solutions(
+        ["step"], ["stop_time=1"], tmp_path / "small.toml", progress=lambda *told: heard.append(told)
+    )
     assert heard == [(number, share) for number in (0, 1) for share in (0.0, 0.25, 0.5, 0.75, 1.0)]
 
 
@@ -232,7 +255,7 @@ def test_a_truth_says_how_far_it_is(tmp_path: Path) -> None:
 def test_a_choice_has_no_inertia_where_the_truth_has_none(scene: str) -> None:
     """A choice that is free adds it there and lies 1.3e-3 and 2.5e-3 of the ranges off a truth without."""
     times = np.linspace(0.0, read(scene).stop_time, 31)
-    norm = Norm.of(solve_truth(scene, [], times, plan().truth["coarse"]), times)
+    norm = ErrorNorm.from_reference(solve_reference(scene, [], times, read_series().reference["coarse"]), times)
     with contextlib.closing(SOLVERS["auto"](scene, [], times, tolerance=1e-3)) as solver:
         solver.run(math.inf)
         assert norm.error(solver.result()) <= 1e-3
@@ -264,7 +287,7 @@ def test_a_jump_between_outputs_costs_a_step(steps: int, wanted: int) -> None:
 def test_the_coupling_error_falls_to_1e9_of_the_range(scene: str, overrides: list[str], order: int | None) -> None:
     """What the voltages and loads do within a step is a cubic to the FMUs with their mean and first moment: order 6 to
     what is slow against a step, 4 to what is fast, and heat and rods have both. Where it is one, no error is left."""
-    found = work_precision.halving(scene, overrides)
+    found = work_precision.halve_steps(scene, overrides)
     assert found["difference"][-1] <= 1e-9
     if order is None:
         assert found.sizes["step"] == 2
@@ -275,17 +298,17 @@ def test_the_coupling_error_falls_to_1e9_of_the_range(scene: str, overrides: lis
 def test_heat_that_starts_at_once_costs_a_loop_two_orders() -> None:
     """After a jump of the voltage a temperature's rate goes with the root of time, and displacements, which the loop
     carries as cubics, go with it."""
-    found = work_precision.halving("feedback", ["stop_time=6"], halvings=3)
+    found = work_precision.halve_steps("feedback", ["stop_time=6"], halvings=3)
     assert found["order"][-2:].to_numpy() == pytest.approx([2.0] * 2, abs=0.1)
 
 
 def test_steps_too_long_for_a_loop_are_left_behind_as_failed() -> None:
-    found = work_precision.halving("stiff")
+    found = work_precision.halve_steps("stiff")
     assert np.isnan(found["difference"][0])
     assert "make coupling.macro_step smaller" in found["failure"][0].item()
     assert found["difference"][-1] <= 1e-9
     with pytest.raises(CouplingError, match=r"gain 3\.2"):
-        work_precision.halving("plain", ["stop_time=1"], halvings=2)
+        work_precision.halve_steps("plain", ["stop_time=1"], halvings=2)
 
 
 def test_co_simulation_meets_the_reference_on_drop() -> None:
@@ -315,11 +338,11 @@ def test_command(tmp_path: Path) -> None:
 
 
 def test_the_release_is_drawn_with_what_was_unstable_at_the_edge() -> None:
-    def row(code: str, dim: int, damped: bool, error: float, cpu: float) -> Row:
+    def row(code: str, dim: int, damped: bool, error: float, cpu: float) -> PeerRow:
         largest = error if error < 1e3 else math.inf
         times = {"cpu": cpu, "cpu_low": 0.9 * cpu, "cpu_high": 1.1 * cpu, "times_real_time": 1 / cpu}
         about = {"setting": "", "every_10_ms": True, "error": error, "largest_error": largest}
-        return Row(code=code, dim=dim, damped=damped, **times, **about)
+        return PeerRow(code=code, dim=dim, damped=damped, **times, **about)
 
     rows = [row("rod.fmu", 3, damped, error, 0.01 / error) for damped in (False, True) for error in (1.0, 10.0)]
     rows += [row("other", 2, False, 5e3, 1.0), row("other", 2, True, 10.0, 1.0)]

@@ -1,7 +1,6 @@
-"""Where the time of a run goes: loading, the FMUs' own C functions, the master around them.
+"""Profile of a run: CPU time of loading, of the FMUs' own C functions and of the master around them.
 
-CPU time of the thread, so that other work on the machine counts little; the least of several runs.
-"""
+CPU time of the thread, so that other processes disturb little; the smallest of several runs."""
 
 from __future__ import annotations
 
@@ -12,11 +11,13 @@ from dataclasses import dataclass
 from ..scene import Scene
 from ..simulation import open_simulation
 
-__all__ = ["Timing", "measure"]
+__all__ = ["RunProfile", "profile_run"]
 
 
 @dataclass(frozen=True)
-class Timing:
+class RunProfile:
+    """CPU times and counts of one run."""
+
     load: float  # [s] from the FMU files to the first macro step
     run: float  # [s] from there to the stop time
     fmus: float  # [s] of that inside the FMUs
@@ -25,12 +26,12 @@ class Timing:
 
     @property
     def overhead(self) -> float:
-        """Of the master, per macro step [s]."""
+        """CPU time of the master per macro step [s]."""
         return (self.run - self.fmus) / self.steps
 
 
-class _Watched:
-    """The functions of a library with a clock around every call."""
+class _TimedLibrary:
+    """Proxy of a library that measures the CPU time of every call."""
 
     def __init__(self, library: ctypes.CDLL) -> None:
         self.library, self.spent = library, 0.0
@@ -48,28 +49,28 @@ class _Watched:
         return timed
 
 
-def measure(scene: Scene, repeats: int = 5) -> Timing:
-    """Runs the scene 2 * repeats times: bare for the totals, then watched for the FMUs' share."""
-    bare = min((_bare(scene) for _ in range(repeats)), key=lambda timing: timing.run)
-    own = min(_watched(scene) for _ in range(repeats))
-    return Timing(bare.load, bare.run, own, bare.steps, bare.sweeps)
+def profile_run(scene: Scene, repeats: int = 5) -> RunProfile:
+    """Run a scene 2 * repeats times: unobserved for the totals, then observed for the share of the FMUs."""
+    bare = min((_unobserved(scene) for _ in range(repeats)), key=lambda profile: profile.run)
+    own = min(_fmu_time(scene) for _ in range(repeats))
+    return RunProfile(bare.load, bare.run, own, bare.steps, bare.sweeps)
 
 
-def _bare(scene: Scene) -> Timing:
+def _unobserved(scene: Scene) -> RunProfile:
     begin = time.thread_time()
     with open_simulation(scene) as ready:
         loaded = time.thread_time()
         logs = list(ready.steps())
         end = time.thread_time()
-    return Timing(loaded - begin, end - loaded, 0.0, len(logs), sum(log.sweeps for log in logs) / len(logs))
+    return RunProfile(loaded - begin, end - loaded, 0.0, len(logs), sum(log.sweeps for log in logs) / len(logs))
 
 
-def _watched(scene: Scene) -> float:
+def _fmu_time(scene: Scene) -> float:
     with open_simulation(scene) as ready:
-        libraries: list[_Watched] = []
+        libraries: list[_TimedLibrary] = []
 
-        def watch(library: ctypes.CDLL) -> _Watched:
-            libraries.append(_Watched(library))
+        def watch(library: ctypes.CDLL) -> _TimedLibrary:
+            libraries.append(_TimedLibrary(library))
             return libraries[-1]
 
         for slave in ready.slaves:

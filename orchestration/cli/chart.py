@@ -35,7 +35,7 @@ def command(
     workers: Workers = 0,
 ) -> None:
     """Charts accuracy against speed (extra `chart`): errors against a refined monolith, CPU times of warm runs in one
-    thread, in rounds. Writes chart_NAME.png, .svg, .csv, .nc; the truths alone are spread over processes."""
+    thread, in rounds. Writes chart_NAME.png, .svg, .csv, .nc; the references alone are spread over processes."""
     with reported():
         with extra("chart"):
             from .. import results
@@ -45,21 +45,23 @@ def command(
         names = [name for name in scenes if name != RELEASE]
         file: dict[str, Any] = {"file": series} if series else {}
         with Progress(*Progress.get_default_columns(), console=out, transient=True) as bar:
-            task = bar.add_task("truths", total=2 * len(names))
-            known = work_precision.truth(names, override, **_spread(workers, bar, task), **file)
-            for name, truth in zip(names, known, strict=True):
-                task = bar.add_task(truth.scene.name, total=1.0)
+            task = bar.add_task("references", total=2 * len(names))
+            references = work_precision.reference_solutions(names, override, **_spread(workers, bar, task), **file)
+            for name, reference in zip(names, references, strict=True):
+                task = bar.add_task(reference.scene.name, total=1.0)
                 move = lambda share, task=task: bar.update(task, completed=share)  # noqa: E731
-                table = work_precision.run(name, override, repeats, limit, panel, known=truth, progress=move, **file)
-                stem = f"chart_{truth.scene.name}"
+                table = work_precision.run_chart(
+                    name, override, repeats, limit, panel, reference=reference, progress=move, **file
+                )
+                stem = f"chart_{reference.scene.name}"
                 results.write(table, folder / f"{stem}.nc")
                 work_precision.write_csv(table, folder / f"{stem}.csv")
-                out.print(_fastest(truth.scene.name, table))
+                out.print(_fastest(reference.scene.name, table))
                 written(folder / f"{stem}.nc", ".csv", *_drawn(work_precision.plot.draw(table), folder, picture, stem))
 
 
 def _spread(workers: int | None, bar: Progress, task: TaskID) -> dict[str, Any]:
-    """Where truths are found, and who moves the bar: in this process they do as they go, else each when it is there."""
+    """Arguments that say where references are solved; in this process they move the bar as they go."""
     if workers == 0:
         return {"progress": lambda number, share: bar.update(task, completed=number + share)}
     return {"worker": worker(None, workers, lambda _: bar.advance(task))}
@@ -75,13 +77,13 @@ def _drawn(figure: Figure, folder: Path, pictures: Path | None, stem: str) -> li
 
 def _fastest(name: str, table: xr.Dataset) -> Table:
     """Of every solver the fastest point that is exact enough; ours or auto's, the faster, beside scipy's."""
-    from ..benchmarks.work_precision import best
+    from ..benchmarks.work_precision import fastest_points
     from ..benchmarks.work_precision.table import LEVELS
 
     heads = ("error <=", "ours", "auto", "paper's", "monolith", "scipy", "scipy/ours")
     shown = Table(*heads, title=f"{name}: fastest warm run, CPU time [ms]")
     for level in LEVELS:
-        found = {solver: float(table["time"][k]) for solver, k in best(table, level).items()}
+        found = {solver: float(table["time"][k]) for solver, k in fastest_points(table, level).items()}
         solvers = ("cosimulation", "auto", "paper's scheme", "monolith", "reference")
         cells = [f"{1e3 * found[s]:.2f}" if s in found else "-" for s in solvers]
         ours = [found[solver] for solver in ("cosimulation", "auto") if solver in found]
@@ -94,6 +96,6 @@ def _release(folder: Path, pictures: Path | None, repeats: int) -> None:
     from ..benchmarks import peers
     from ..benchmarks.work_precision.release import draw
 
-    rows, notes = peers.compare(repeats)
+    rows, notes = peers.compare_peers(repeats)
     peers.write(rows, notes, folder / "chart_release.csv")
     written(folder / "chart_release.csv", *_drawn(draw(rows, notes), folder, pictures, "chart_release"))

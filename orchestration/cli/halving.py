@@ -39,7 +39,7 @@ def command(
                 def progress(share: float, task: TaskID = task) -> None:
                     bar.update(task, completed=share)
 
-                found = work_precision.halving(name, override, halvings, progress)
+                found = work_precision.halve_steps(name, override, halvings, progress)
                 paths.append(folder / f"halving_{found.attrs['scene']}.nc")
                 results.write(found, paths[-1])
                 for step, difference, slope in zip(*(found[key].to_numpy() for key in SHOWN), strict=True):

@@ -20,8 +20,8 @@ def command(
 ) -> None:
     """Runs the release of the bare rod beside PyElastica and Exudyn (extra `peers`): CPU time at equal error."""
     with reported():
-        rows, notes = peers.compare(repeats)
-        out.print(peers.show(rows))
+        rows, notes = peers.compare_peers(repeats)
+        out.print(peers.peer_table(rows))
         out.print(*peers.summary(rows), *notes, sep="\n", highlight=False, soft_wrap=True)
         peers.write(rows, notes, folder / "peers.csv")
         written(folder / "peers.csv")

@@ -27,9 +27,11 @@ def command(
         described = read(scene, override)
         table = Table("what", "time")
         table.add_row("reading the scene and the FMUs' XML", f"{1e3 * (time.thread_time() - begin):.1f} ms")
-        found = profile.measure(described, repeats)
-        table.add_row("loading the FMUs, to the first step", f"{1e3 * found.load:.1f} ms")
-        table.add_row(f"run, {found.steps} macro steps of {found.sweeps:.2f} sweeps", f"{1e3 * found.run:.1f} ms")
-        table.add_row("of that inside the FMUs", f"{1e3 * found.fmus:.1f} ms")
-        table.add_row("master, per macro step", f"{1e6 * found.overhead:.0f} us")
+        profiled = profile.profile_run(described, repeats)
+        table.add_row("loading the FMUs, to the first step", f"{1e3 * profiled.load:.1f} ms")
+        table.add_row(
+            f"run, {profiled.steps} macro steps of {profiled.sweeps:.2f} sweeps", f"{1e3 * profiled.run:.1f} ms"
+        )
+        table.add_row("of that inside the FMUs", f"{1e3 * profiled.fmus:.1f} ms")
+        table.add_row("master, per macro step", f"{1e6 * profiled.overhead:.0f} us")
         out.print(table)

@@ -121,7 +121,8 @@ fmu::Status RodModel::check_states() const {
 }
 
 void RodModel::get_states(std::span<double> x) {
-  if (check_states().is_ok()) engine_->get_states(engine_memory(), x);
+  // With dynamic = false they cannot be set, but can be read: the strains of the equilibrium reached.
+  if (!data_.parameters.dynamic || check_states().is_ok()) engine_->get_states(engine_memory(), x);
 }
 
 void RodModel::set_states(std::span<const double> x) { engine_->set_states(engine_memory(), x); }

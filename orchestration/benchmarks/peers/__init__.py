@@ -1,6 +1,7 @@
-"""The rod beside other codes on one problem in one run: CPU time at equal error. The others come with the extra
-`peers`."""
+"""Comparison of the rod with other codes on one problem in one run: CPU time at equal error.
 
-from .table import compare, show, summary, write
+The other codes require tca-cosim[peers]."""
 
-__all__ = ["compare", "show", "summary", "write"]
+from .table import compare_peers, peer_table, summary, write
+
+__all__ = ["compare_peers", "peer_table", "summary", "write"]

@@ -1,10 +1,10 @@
-"""Our master beside CoFmuPy's (rollback, Gauss-Seidel, plain fixed point), on the same FMUs wired the same:
+"""Comparison of the master with CoFmuPy's (rollback, Gauss-Seidel, plain fixed point) on the same FMUs and wiring:
 
     python -m tca_cosim.benchmarks.peers.cofmupy --python /where/CoFmuPy/is/installed/bin/python
 
 CoFmuPy needs an environment of its own (pip install cofmupy), where cofmupy_side.py runs. Theory: plain iteration
-multiplies an error by the loop gain in every sweep, so it converges below 1 only. Errors are the largest of all
-macro steps, against b/(1 + g) and against the rod that closes the loop inside."""
+multiplies an error by the loop gain in every sweep, so it converges only below 1. Errors are the largest of all macro
+steps, against b/(1 + g) and against the rod that closes the loop inside."""
 
 from __future__ import annotations
 
@@ -30,7 +30,18 @@ from ...scene import Scene, read
 from ...simulation import open_simulation, recorded_variables
 from ...simulation import run as run_scene
 
-__all__ = ["OURS", "THEIRS", "Answer", "Row", "job", "ours", "parse", "rate", "show", "theirs"]
+__all__ = [
+    "OURS",
+    "THEIRS",
+    "CofmupyRow",
+    "MasterRun",
+    "comparison_table",
+    "job",
+    "parse",
+    "rate",
+    "run_ours",
+    "run_theirs",
+]
 
 OURS, THEIRS = "tca-cosim", "CoFmuPy"
 HERE = Path(__file__).parent
@@ -52,8 +63,11 @@ WIRES = '["thermal.T -> rod.T", "rod.delta -> rod.delta_guess", "rod.delta -> th
 
 
 @dataclass(frozen=True)
-class Answer:
-    """failure: empty where it ran to the end; watched: (n, variables) at the ends of the macro steps done."""
+class MasterRun:
+    """A run of one of the masters.
+
+    failure: its message, empty where it reached the end; watched: (n, variables) at the ends of the macro steps
+    done."""
 
     failure: str
     watched: np.ndarray
@@ -61,7 +75,9 @@ class Answer:
 
 
 @dataclass(frozen=True)
-class Row:
+class CofmupyRow:
+    """One line of the comparison."""
+
     case: str
     gain: float  # of the loop, by theory
     code: str
@@ -72,11 +88,11 @@ class Row:
 
 
 def job(scene: Scene, watch: Sequence[tuple[str, str]]) -> dict[str, Any]:
-    """A scene as cofmupy_side.py takes it. Raises SceneError where an input is no constant."""
+    """A scene as cofmupy_side.py takes it. Raises SceneError where an input is not constant."""
     sections = {"Real": "reals", "Integer": "integers", "Enumeration": "integers", "Boolean": "booleans"}
     fmus = []
     for member in scene.members:
-        about: dict[str, Any] = {"reals": {}, "integers": {}, "booleans": {}}
+        values: dict[str, Any] = {"reals": {}, "integers": {}, "booleans": {}}
         for name, variable in member.archive.variables.items():
             value = member.parameters.get(name, variable.start if variable.causality == "input" else None)
             if signal := member.signals.get(name):
@@ -84,10 +100,10 @@ def job(scene: Scene, watch: Sequence[tuple[str, str]]) -> dict[str, Any]:
                     raise SceneError(f"{scene.name}: {member.name}.{name} varies in time; give a constant")
                 value = signal.value
             if value is not None:
-                about[sections[variable.type]][name] = value
+                values[sections[variable.type]][name] = value
         wanted = [c.source for c in scene.connections] + list(watch)
         outputs = list(dict.fromkeys(variable for name, variable in wanted if name == member.name))
-        fmus.append({"id": member.name, "path": str(member.archive.path), **about, "outputs": outputs})
+        fmus.append({"id": member.name, "path": str(member.archive.path), **values, "outputs": outputs})
     step = scene.coupling.macro_step
     return {
         "fmus": fmus,
@@ -99,14 +115,15 @@ def job(scene: Scene, watch: Sequence[tuple[str, str]]) -> dict[str, Any]:
 
 
 def parse(stdout: str) -> dict[str, Any]:
-    """The answer on the last line. Raises CosimError where there is none."""
+    """The answer on the last line of its output. Raises CosimError where there is none."""
     try:
         return json.loads(stdout.splitlines()[-1])
     except (IndexError, json.JSONDecodeError) as error:
         raise CosimError(f"CoFmuPy's side gave no answer but {stdout[-300:]!r}") from error
 
 
-def ours(scene: Scene, watch: Sequence[tuple[str, str]]) -> Answer:
+def run_ours(scene: Scene, watch: Sequence[tuple[str, str]]) -> MasterRun:
+    """Run a scene with this package's master; watch: (member, variable) to compare."""
     watched, failure = [], ""
     with open_simulation(scene) as ready:
         columns = [_column(scene, *end) for end in watch]
@@ -116,11 +133,11 @@ def ours(scene: Scene, watch: Sequence[tuple[str, str]]) -> Answer:
         except CosimError as error:
             failure = str(error)
         spent = time.process_time() - begin
-    return Answer(failure, np.array(watched).reshape(-1, len(watch)), spent)
+    return MasterRun(failure, np.array(watched).reshape(-1, len(watch)), spent)
 
 
-def rate(answer: Answer, reference: np.ndarray) -> tuple[str, float]:
-    """What became of it, and the largest error as a share of the reference's largest value."""
+def rate(answer: MasterRun, reference: np.ndarray) -> tuple[str, float]:
+    """Verdict in words, and the largest error as a share of the reference's largest value."""
     done = len(answer.watched)
     error = np.abs(answer.watched - reference[:done]).max(initial=0.0) / np.abs(reference).max()
     if answer.failure:
@@ -130,7 +147,8 @@ def rate(answer: Answer, reference: np.ndarray) -> tuple[str, float]:
     return "converges", float(error)
 
 
-def show(rows: Sequence[Row]) -> Table:
+def comparison_table(rows: Sequence[CofmupyRow]) -> Table:
+    """The comparison as a table for the terminal."""
     table = Table("case", "gain", "code", "H \\[s]", "what it does", "error", "CPU \\[ms]", "ratio", "same H")
     for row in rows:
         best = [r for r in rows if (r.case, r.gain, r.code) == (row.case, row.gain, OURS) and r.error <= row.error]
@@ -147,7 +165,7 @@ def _column(scene: Scene, member: str, variable: str) -> tuple[str, int]:
 
 
 def _ask(python: Path, what: dict[str, Any], folder: Path) -> dict[str, Any]:
-    """By text, so that the modules beside the script are not in the way."""
+    """Run cofmupy_side.py as text, so that the modules beside it are not imported by its Python."""
     command = [str(python), "-c", (HERE / "cofmupy_side.py").read_text()]
     try:
         done = subprocess.run(
@@ -161,13 +179,14 @@ def _ask(python: Path, what: dict[str, Any], folder: Path) -> dict[str, Any]:
     return parse(done.stdout)
 
 
-def theirs(python: Path, scene: Scene, watch: Sequence[tuple[str, str]], folder: Path) -> Answer:
+def run_theirs(python: Path, scene: Scene, watch: Sequence[tuple[str, str]], folder: Path) -> MasterRun:
+    """Run a scene with CoFmuPy under another Python."""
     answer = _ask(python, job(scene, watch), folder)
-    return Answer(answer["failure"], np.array(answer["watched"]).reshape(-1, len(watch)), answer["cpu"])
+    return MasterRun(answer["failure"], np.array(answer["watched"]).reshape(-1, len(watch)), answer["cpu"])
 
 
 def _cases(path: str, folder: Path) -> list[tuple[str, float, Scene, list[tuple[str, str]], np.ndarray]]:
-    """Title, gain, scene, what is watched, reference."""
+    """The cases: title, gain, scene, variables that are compared, reference."""
     cases = []
     for gain in (0.5, 2.25):
         file = folder / f"loop-{gain}.toml"
@@ -187,22 +206,22 @@ def main(
     python: Annotated[Path, typer.Option(help="The Python of the environment that has CoFmuPy")],
     repeats: Annotated[int, typer.Option(min=1, help="Runs of each; the median time counts")] = 3,
 ) -> None:
-    """CoFmuPy beside our master: where plain iteration fails, and the time at equal error."""
+    """Compares CoFmuPy with our master: where plain iteration fails, and the CPU time at equal error."""
     rows = []
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         built = _ask(python, {"build": {"source": str(HERE / "loop_gain.py"), "folder": name}}, folder)
         for case, gain, scene, watch, reference in _cases(built["path"], folder):
             runs = {
-                OURS: [ours(scene, watch) for _ in range(repeats)],
-                THEIRS: [theirs(python, scene, watch, folder) for _ in range(repeats)],
+                OURS: [run_ours(scene, watch) for _ in range(repeats)],
+                THEIRS: [run_theirs(python, scene, watch, folder) for _ in range(repeats)],
             }
             for code, answers in runs.items():
                 verdict, error = rate(answers[0], reference)
                 spent = statistics.median(answer.cpu for answer in answers)
-                rows.append(Row(case, gain, code, scene.coupling.macro_step, verdict, error, spent))
+                rows.append(CofmupyRow(case, gain, code, scene.coupling.macro_step, verdict, error, spent))
     out = Console()
-    out.print(show(rows))
+    out.print(comparison_table(rows))
     out.print(
         f"{THEIRS} {built['version']}, gauss_seidel, iterative; its tolerance (absolute 1e-3) and 10 sweeps fixed.\n"
         "Error: at the ends of a code's own macro steps, share of the largest value. Ratio: CPU time to that of our\n"

@@ -1,12 +1,12 @@
-"""Runs under the Python that has CoFmuPy, never in ours: a job in JSON from stdin, what came of it in JSON as the last
-line of stdout.
+"""Run of a job by CoFmuPy, executed under the Python that has it: JSON from stdin, the answer in JSON as the last line
+of stdout.
 
 job: fmus [{id, path, reals, integers, booleans (name -> value), outputs [name]}], connections [[id, variable, id,
 variable]], step [s], steps, watch [[id, variable]]. Answer: version, failure ("" if complete), times, watched (steps,
 variables), cpu [s]. CoFmuPy sets and reads everything as Real, reads all outputs and leaves the order in a loop to
-chance; it is helped over that: other types are set before it starts, it is told the wired outputs alone, and loops go
-in the order of the job. A job {build: {source, folder}}
-makes an FMU of a source of PythonFMU, which comes with CoFmuPy, and answers with its path."""
+chance; so other types are set here before it starts, only wired outputs are named to it, and loops are
+ordered as in the job. A job {build: {source, folder}} builds an FMU from a source of PythonFMU, which comes with
+CoFmuPy, and answers with its path."""
 
 from __future__ import annotations
 
@@ -19,12 +19,14 @@ from importlib import metadata
 
 
 def build(source: str, folder: str) -> str:
+    """Build an FMU; its path."""
     from pythonfmu import FmuBuilder
 
     return str(FmuBuilder.build_FMU(source, dest=folder, canGetAndSetFMUstate=True))
 
 
-def run(job: dict) -> dict:
+def run_job(job: dict) -> dict:
+    """Run a job; the answer."""
     from cofmupy import Coordinator
     from cofmupy.master import DefaultMaster
 
@@ -43,7 +45,7 @@ def run(job: dict) -> dict:
     )
     whole.start_graph_engine(whole.config_parser.graph_config)
     config = whole.config_parser.master_config
-    names = [fmu["id"] for fmu in job["fmus"]]  # the order in a loop is chance otherwise
+    names = [fmu["id"] for fmu in job["fmus"]]  # otherwise the order within a loop is random
     order = [sorted(loop, key=names.index) for loop in whole.graph_engine.sequence_order]
     whole.master = DefaultMaster(config["fmus"], config["connections"], order, config["cosim_method"], True)
     for fmu in job["fmus"]:
@@ -69,5 +71,5 @@ def run(job: dict) -> dict:
 if __name__ == "__main__":
     job = json.load(sys.stdin)
     with contextlib.redirect_stdout(io.StringIO()):
-        answer = {"path": build(**job["build"])} if "build" in job else run(job)
+        answer = {"path": build(**job["build"])} if "build" in job else run_job(job)
     print(json.dumps({"version": metadata.version("cofmupy"), **answer}))

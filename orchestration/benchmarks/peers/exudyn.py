@@ -1,5 +1,6 @@
-"""Exudyn: geometrically exact beams, generalised-alpha, modified Newton method, its build without range checks. Planar
-with linear or quadratic elements; spatial with linear ones."""
+"""Exudyn: geometrically exact beams, generalised-alpha, modified Newton method, its build without range checks.
+
+Planar with linear or quadratic elements; spatial with linear ones."""
 
 from __future__ import annotations
 
@@ -15,7 +16,7 @@ import exudyn as exu  # noqa: E402
 import exudyn.itemInterface  # noqa: E402
 from exudyn.beams import GenerateBeamElementsAlongLine  # noqa: E402
 
-from .release import Code, Release, Setting  # noqa: E402
+from .release import Code, ReleaseProblem, Setting  # noqa: E402
 
 __all__ = ["CODE"]
 
@@ -35,11 +36,13 @@ _SPATIAL = ((3, 1, 4, 5e-3, 0.9, 1e-2), (3, 1, 8, 5e-3, 0.9, 1e-2), (3, 1, 10, 2
 
 
 def settings(damped: bool) -> list[Setting]:
+    """Settings that are measured."""
     rows = (_PLAIN, *_DAMPED, *_DAMPED_FINE) if damped else (_PLAIN, *_UNDAMPED, *_FINE, *_SPATIAL)
     return [dict(zip(_NAMES, row, strict=True)) for row in rows]
 
 
-def prepare(release: Release, setting: Setting) -> Callable[[], np.ndarray]:
+def prepare(release: ReleaseProblem, setting: Setting) -> Callable[[], np.ndarray]:
+    """Set up one setting and return its simulation."""
     system, elements = exu.SystemContainer().AddSystem(), int(setting["elements"])
     planar = setting["dim"] == 2
     tip = _planar(system, release, int(setting["degree"]), elements) if planar else _spatial(system, release, elements)
@@ -63,8 +66,8 @@ def prepare(release: Release, setting: Setting) -> Callable[[], np.ndarray]:
     return simulate
 
 
-def _planar(system: exu.MainSystem, release: Release, degree: int, elements: int) -> int:
-    """Clamped at 0, along x, gravity along -y; the node of its tip."""
+def _planar(system: exu.MainSystem, release: ReleaseProblem, degree: int, elements: int) -> int:
+    """Add a planar beam, clamped at 0, along x, gravity along -y; the node of its tip."""
     bending, axial = release.E * release.second_moment, release.E * release.area
     shear = release.shear_factor * release.G * release.area
     beam = exu.itemInterface.ObjectBeamGeometricallyExact2D(
@@ -82,8 +85,8 @@ def _planar(system: exu.MainSystem, release: Release, degree: int, elements: int
     return GenerateBeamElementsAlongLine(system, *line, elements, beam, down, clamp)["nodes"][-1]
 
 
-def _spatial(system: exu.MainSystem, release: Release, elements: int) -> int:
-    """The same in space, with rotation vectors and Lie group integration."""
+def _spatial(system: exu.MainSystem, release: ReleaseProblem, elements: int) -> int:
+    """Add a spatial beam, with rotation vectors and Lie group integration; the node of its tip."""
     item, section = exu.itemInterface, exu.BeamSection()
     section.massPerLength = release.rho * release.area
     section.inertia = release.rho * release.second_moment * np.diag([2.0, 1.0, 1.0])

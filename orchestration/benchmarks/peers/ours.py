@@ -1,4 +1,4 @@
-"""rod.fmu through its C functions: in space with all six strains, and planar with the three of its plane."""
+"""rod.fmu through its C functions: spatial with all six strains, and planar with the three of its plane."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 
 from ...fmi.slave import Slave
-from .release import Code, Release, Setting
+from .release import Code, ReleaseProblem, Setting
 
 __all__ = ["CODE"]
 
@@ -18,7 +18,9 @@ _DAMPED = ((1, 0.1), (2, 0.1), (2, 0.05), (2, 0.01), (2, 1e-3), (2, 1e-4), (3, 0
 
 
 def settings(damped: bool) -> list[Setting]:
-    """dim: 3 in space, 2 planar; outputs: 5, at the reference's times only, else so many at equal intervals."""
+    """Settings that are measured.
+
+    dim: 3 spatial, 2 planar; outputs: 5 at the reference's times only, else that many at equal intervals."""
     pairs = _DAMPED if damped else _UNDAMPED
     return [
         {"dim": dim, "outputs": count, "order": k, "tolerance": tol}
@@ -28,7 +30,8 @@ def settings(damped: bool) -> list[Setting]:
     ]
 
 
-def prepare(release: Release, setting: Setting) -> Callable[[], np.ndarray]:
+def prepare(release: ReleaseProblem, setting: Setting) -> Callable[[], np.ndarray]:
+    """Set up one setting and return its simulation."""
     values = {
         "tca.law": release.archive.variables["tca.law"].items.index("measured") + 1,
         "tca.stiffness": 0.0,

@@ -1,5 +1,7 @@
-"""The problem that all codes solve: the bare rod, straight, clamped and at rest, released under transverse gravity for
-one second, undamped or with Kelvin-Voigt damping. Reference and its origin: rod_release.csv. SI units."""
+"""The release problem that all codes solve, in SI units.
+
+The bare rod, straight, clamped and at rest, is released under transverse gravity for one second, undamped or with
+Kelvin-Voigt damping. Reference and its origin: rod_release.csv."""
 
 from __future__ import annotations
 
@@ -12,15 +14,17 @@ import numpy as np
 
 from ...fmi.archive import Archive
 
-__all__ = ["PROBE", "Code", "Release", "Setting"]
+__all__ = ["PROBE", "Code", "ReleaseProblem", "Setting"]
 
-PROBE = 0.1  # s, when errors are compared
+PROBE = 0.1  # time at which errors are compared [s]
 Setting = Mapping[str, float]
 
 
-class Release:
-    """archive: rod.fmu, whose start values are the geometry and E, nu. times: (5,); reference: (5, 2), the tip along
-    the axis and across at these times."""
+class ReleaseProblem:
+    """Parameters and reference of the release.
+
+    archive: rod.fmu, whose start values are the geometry and E, nu; times: (5,) [s]; reference: (5, 2) [m], the tip
+    along the axis and across it at these times."""
 
     gravity, rho, shear_factor = 9.81, 1070.0, 27 / 28  # the shear factor that PyElastica has built in
 
@@ -39,11 +43,23 @@ class Release:
 
 @dataclass(frozen=True)
 class Code:
-    """prepare: sets up and returns what is timed: it simulates the second and returns the tip at release.times (5, 2);
-    truth: the tip that errors are measured against, nan where none is known."""
+    """A code that solves the release.
+
+    Parameters
+    ----------
+    name, remark : str
+        For the table.
+    settings : callable
+        Whether damped -> settings to be measured.
+    prepare : callable
+        Sets up one setting and returns the function that is timed: it simulates one second and returns the tip at
+        release.times (5, 2) [m].
+    reference : callable
+        The tip (5, 2) that errors are measured against, nan where none is known.
+    """
 
     name: str
     remark: str
-    settings: Callable[[bool], Sequence[Setting]]  # damped ->
-    prepare: Callable[[Release, Setting], Callable[[], np.ndarray]]
-    truth: Callable[[Release], np.ndarray] = lambda release: release.reference
+    settings: Callable[[bool], Sequence[Setting]]
+    prepare: Callable[[ReleaseProblem, Setting], Callable[[], np.ndarray]]
+    reference: Callable[[ReleaseProblem], np.ndarray] = lambda release: release.reference

@@ -1,4 +1,4 @@
-"""Measures all codes in turn, several times over, and rates them against rod.fmu at equal or smaller error."""
+"""Measurement of all codes in turn, repeatedly, and their ratios to rod.fmu at equal or smaller error."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ from rich.table import Table
 
 from ...fmi.archive import Archive, find_fmu
 from ...results.provenance import processor
-from .release import PROBE, Code, Release, Setting
+from .release import PROBE, Code, ReleaseProblem, Setting
 
-__all__ = ["CODES", "OURS", "Row", "compare", "rate", "show", "summary", "write"]
+__all__ = ["CODES", "OURS", "PeerRow", "compare_peers", "peer_table", "summary", "with_ratios", "write"]
 
-CODES = {"ours": "tca-cosim", "elastica": "pyelastica", "exudyn": "exudyn"}  # module here: distribution
+CODES = {"ours": "tca-cosim", "elastica": "pyelastica", "exudyn": "exudyn"}  # module of this package -> distribution
 OURS = "rod.fmu"
 _CAPTION = """Error of the tip at 0.1 s, and the largest at 0.05, 0.1, 0.2, 0.5 and 1 s. Ratio: CPU time to that of the
 fastest rod.fmu row with no larger error at 0.1 s; 10 ms: with outputs every 10 ms; largest: with no larger largest
@@ -33,15 +33,18 @@ error; spatial: to rows in space alone. inf: unstable; -: unknown, or none of ou
 
 
 @dataclass(frozen=True)
-class Row:
-    """Times in s of CPU per s simulated, median and quartiles; errors of the tip in um, at 0.1 s and the largest of the
-    reference's times; ratios of the time to that of the fastest of our rows whose error is no larger. nan: unknown."""
+class PeerRow:
+    """One setting of one code.
+
+    Times are CPU seconds per second simulated, median and quartiles; errors of the tip in um, at 0.1 s and the largest
+    at the reference's times; ratios of the time to that of the fastest of our rows whose error is no larger. nan:
+    unknown."""
 
     code: str
     damped: bool
     dim: int  # 2: planar
     setting: str
-    every_10_ms: bool  # can be read so often at this cost
+    every_10_ms: bool  # whether outputs every 10 ms cost no more
     cpu: float
     cpu_low: float
     cpu_high: float
@@ -54,29 +57,31 @@ class Row:
     ratio_spatial: float = math.nan  # to our rows in space alone
 
 
-def compare(repeats: int = 5, modules: Sequence[str] = tuple(CODES)) -> tuple[list[Row], list[str]]:
-    """Rated rows, and notes on machine, versions and codes that are not installed. A first round warms up."""
+def compare_peers(repeats: int = 5, modules: Sequence[str] = tuple(CODES)) -> tuple[list[PeerRow], list[str]]:
+    """Measure all codes: rows with ratios, and notes on machine, versions and codes that are not installed.
+
+    A first round warms up."""
     codes, notes = _load(modules)
     with Archive(find_fmu("rod.fmu")) as archive:
-        cases = [Release(archive, damped) for damped in (False, True)]
+        cases = [ReleaseProblem(archive, damped) for damped in (False, True)]
         runs = [(code, case, setting) for case in cases for code in codes for setting in code.settings(case.damped)]
         tips = [code.prepare(case, setting)() for code, case, setting in runs]
-        truths = {(code, case): code.truth(case) for code, case, _ in runs}
+        references = {(code, case): code.reference(case) for code, case, _ in runs}
         seconds = [[_cpu(code.prepare(case, setting)) for code, case, setting in runs] for _ in range(repeats)]
     quartiles = np.quantile(seconds, (0.25, 0.5, 0.75), axis=0).T / cases[0].times[-1]
-    rows = [_row(*run, tip, truths[run[:2]], cpu) for run, tip, cpu in zip(runs, tips, quartiles, strict=True)]
-    return rate(rows), notes
+    rows = [_row(*run, tip, references[run[:2]], cpu) for run, tip, cpu in zip(runs, tips, quartiles, strict=True)]
+    return with_ratios(rows), notes
 
 
-def rate(rows: Sequence[Row]) -> list[Row]:
+def with_ratios(rows: Sequence[PeerRow]) -> list[PeerRow]:
     """The rows with their ratios."""
 
-    def ratio(row: Row, error: str, *, often: bool = False, spatial: bool = False) -> float:
+    def ratio(row: PeerRow, error: str, *, often: bool = False, spatial: bool = False) -> float:
         ours = [r for r in rows if r.code == OURS and r.damped == row.damped and (r.every_10_ms or not often)]
         ours = [r for r in ours if getattr(r, error) <= getattr(row, error) and (r.dim == 3 or not spatial)]
         return row.cpu / min((r.cpu for r in ours), default=math.nan)
 
-    def ratios(row: Row) -> dict[str, Any]:
+    def ratios(row: PeerRow) -> dict[str, Any]:
         return {
             "ratio": ratio(row, "error"),
             "ratio_every_10_ms": ratio(row, "error", often=True),
@@ -87,8 +92,8 @@ def rate(rows: Sequence[Row]) -> list[Row]:
     return [replace(row, **ratios(row)) for row in rows]
 
 
-def summary(rows: Sequence[Row]) -> list[str]:
-    """One line for every other code in every kind of case: how much more time it takes than ours at equal error."""
+def summary(rows: Sequence[PeerRow]) -> list[str]:
+    """One line for every other code and kind of case: its CPU time over ours at equal error."""
     columns = {"ratio": "to ours", "ratio_every_10_ms": "every 10 ms", "ratio_spatial": "in space"}
     lines = []
     kinds = dict.fromkeys((r.code, r.dim, r.damped) for r in rows if r.code != OURS)
@@ -103,8 +108,8 @@ def summary(rows: Sequence[Row]) -> list[str]:
     return lines
 
 
-def show(rows: Sequence[Row]) -> Table:
-    """A section for every code with and without damping; 80 columns hold it."""
+def peer_table(rows: Sequence[PeerRow]) -> Table:
+    """Table with a section for every code with and without damping; it fits 80 columns."""
     heads = ("CPU\n[ms/s]", "error\n[um]", "largest\n[um]", "\nratio", "\n10 ms", "\nlargest", "\nspatial")
     table = Table("\nsetting", caption=_CAPTION, caption_justify="left", box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
     for head in heads:
@@ -122,11 +127,12 @@ def _short(number: float) -> str:
     return "-" if math.isnan(number) else f"{number:.3g}" if not 1e3 <= number < math.inf else f"{number:.0f}"
 
 
-def write(rows: Sequence[Row], notes: Sequence[str], path: Path) -> None:
+def write(rows: Sequence[PeerRow], notes: Sequence[str], path: Path) -> None:
+    """Write a CSV file: the notes as comments, then one line per row."""
     path.parent.mkdir(parents=True, exist_ok=True)
     with path.open("w", encoding="utf-8", newline="") as file:
         file.writelines(f"# {note}\n" for note in notes)
-        table = csv.DictWriter(file, list(Row.__dataclass_fields__), lineterminator="\n")
+        table = csv.DictWriter(file, list(PeerRow.__dataclass_fields__), lineterminator="\n")
         table.writeheader()
         table.writerows(asdict(row) for row in rows)
 
@@ -144,16 +150,18 @@ def _load(modules: Sequence[str]) -> tuple[list[Code], list[str]]:
     return codes, notes
 
 
-def _row(code: Code, case: Release, setting: Setting, tip: np.ndarray, truth: np.ndarray, cpu: np.ndarray) -> Row:
-    error = 1e6 * np.linalg.norm(tip - truth, axis=1)
+def _row(
+    code: Code, case: ReleaseProblem, setting: Setting, tip: np.ndarray, reference: np.ndarray, cpu: np.ndarray
+) -> PeerRow:
+    error = 1e6 * np.linalg.norm(tip - reference, axis=1)
     at_probe, largest = float(error[np.isclose(case.times, PROBE)].item()), float(error.max())
     if not np.abs(tip).max() < 2 * case.length:
-        largest = math.inf  # it was unstable, whether or not the truth is known
+        largest = math.inf  # unstable, whether or not a reference is known
     text = ", ".join(f"{name} {value:g}" for name, value in setting.items())
     low, middle, high = map(float, cpu)
     often = setting.get("outputs", 100) >= 100
     dim = int(setting.get("dim", 3))
-    return Row(code.name, case.damped, dim, text, often, middle, low, high, 1 / middle, at_probe, largest)
+    return PeerRow(code.name, case.damped, dim, text, often, middle, low, high, 1 / middle, at_probe, largest)
 
 
 def _cpu(simulate: Callable[[], np.ndarray]) -> float:

@@ -1,4 +1,4 @@
-"""A chart, measured: every point's error once, its time again and again in turn with all others."""
+"""Measurement of a chart: the error of every point once, its CPU time repeatedly, in turn with all other points."""
 
 from __future__ import annotations
 
@@ -12,21 +12,36 @@ from functools import partial
 from threadpoolctl import threadpool_limits
 
 from ...errors import CosimError
-from .norm import Norm
+from .norm import ErrorNorm
 from .series import Trial
-from .solvers import SOLVERS, LateError, Solver
+from .solvers import SOLVERS, Solver, TimeLimitError
 
-__all__ = ["SLOW", "Measured", "measure"]
+__all__ = ["SLOW", "MeasuredPoint", "measure_points"]
 
-SLOW = 2.0  # s of CPU; what takes longer is repeated FEW times only
+SLOW = 2.0  # [s] of CPU; runs that take longer are repeated FEW times only
 FEW = 2
-WRONG = 1.0  # error above which a run has failed, whatever it says
+WRONG = 1.0  # error, share of the range, above which a run has failed even if it came to its end
 
 
 @dataclass
-class Measured:
-    """error: share of the ranges; cold: s of CPU from the scene's file to the end of the first run; warm: s of CPU of
-    each later run; work: see Solver; reason: why it failed, else empty."""
+class MeasuredPoint:
+    """Measurements of one point of a chart.
+
+    Attributes
+    ----------
+    trial : Trial
+        Solver and settings.
+    error : float
+        Share of the ranges; inf where it failed.
+    cold : float
+        CPU time from the scene's file to the end of the first run [s].
+    warm : list of float
+        CPU time of each later run [s].
+    work : float
+        Evaluations, see Solver.
+    reason : str
+        Why it failed; empty where it did not.
+    """
 
     trial: Trial
     error: float = math.nan
@@ -36,20 +51,22 @@ class Measured:
     reason: str = ""
 
 
-def measure(
+def measure_points(
     source: str,
     overrides: Sequence[str],
     trials: Sequence[Trial],
-    norm: Norm,
+    norm: ErrorNorm,
     repeats: int = 7,
     limit: float = 20.0,
     progress: Callable[[], None] = lambda: None,
-) -> list[Measured]:
-    """One thread throughout. The first run of a point is cold and not among `warm`; then come `repeats` rounds, each of
-    all points in turn, so that what disturbs the machine disturbs all alike. limit [s] of CPU for a first run, as
-    Solver.run has it. progress: called after each point of each round."""
+) -> list[MeasuredPoint]:
+    """Measure all points in one thread.
+
+    The first run of a point is cold and not among `warm`; then come `repeats` rounds, each of all points in turn, so
+    that a disturbance of the machine affects all alike. limit: CPU time of a first run [s], as in Solver.run; progress:
+    called after each point of each round."""
     with threadpool_limits(1):
-        points, live = [Measured(trial) for trial in trials], {}
+        points, live = [MeasuredPoint(trial) for trial in trials], {}
         for k, point in enumerate(points):
             solver = _first(source, overrides, point, norm, limit)
             if solver:
@@ -59,7 +76,7 @@ def measure(
             gc.collect()
             for k, solver in live.items():
                 if not points[k].warm or points[k].warm[0] < SLOW or turn < FEW:
-                    solver.ready()
+                    solver.rewind()
                     points[k].warm.append(_clocked(partial(solver.run, math.inf)))
                 progress()
         for solver in live.values():
@@ -67,8 +84,8 @@ def measure(
     return points
 
 
-def _first(source: str, overrides: Sequence[str], point: Measured, norm: Norm, limit: float) -> Solver | None:
-    """Fills in what the first run tells; the solver to go on with, unless it failed."""
+def _first(source: str, overrides: Sequence[str], point: MeasuredPoint, norm: ErrorNorm, limit: float) -> Solver | None:
+    """Make the first run and note its error; the solver to go on with, None where it failed."""
     trial, solver = point.trial, None
     begin = time.process_time()
     try:
@@ -79,7 +96,7 @@ def _first(source: str, overrides: Sequence[str], point: Measured, norm: Norm, l
         point.work = solver.work
         if not point.error <= WRONG:
             point.reason = f"error {point.error:.2g} of the range"
-    except (CosimError, LateError) as error:
+    except (CosimError, TimeLimitError) as error:
         point.cold = time.process_time() - begin
         point.reason = str(error)
     if point.reason:
@@ -91,7 +108,7 @@ def _first(source: str, overrides: Sequence[str], point: Measured, norm: Norm, l
 
 
 def _clocked(run: Callable[[], None]) -> float:
-    """s of CPU; garbage is collected between the rounds, not meanwhile."""
+    """CPU time of a call [s]; garbage is collected between the rounds, not during a run."""
     gc.disable()
     try:
         begin = time.process_time()

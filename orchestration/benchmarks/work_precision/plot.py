@@ -1,5 +1,6 @@
-"""A chart as a figure: error to the right, cost upwards; above CPU time, below work that no machine changes. A column
-per panel. The best are at the lower left."""
+"""Figure of a chart: error to the right, cost upwards; CPU time above, evaluations (machine-independent) below.
+
+One column per panel. The best points lie at the lower left."""
 
 from __future__ import annotations
 
@@ -15,14 +16,14 @@ from matplotlib.lines import Line2D
 
 __all__ = ["COLOURS", "DPI", "FAILED", "MARKERS", "draw"]
 
-DPI = 90  # of the pictures: wide ones
+DPI = 90  # resolution of the PNGs [dots per inch]
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#7f7f7f", "#000000")  # Okabe, Ito
 MARKERS = "osD^vP*X"
 FAILED = "#d62728"
 
 
 def draw(dataset: xr.Dataset) -> Figure:
-    """dataset: from table.tabulated."""
+    """Draw the table of run_chart()."""
     titles = json.loads(dataset.attrs["panels"])
     panels = [key for key in titles if (dataset["panel"] == key).any()]
     figure = Figure(figsize=(1.2 + 4.0 * len(panels), 8.4), layout="constrained")
@@ -31,10 +32,10 @@ def draw(dataset: xr.Dataset) -> Figure:
     for column, key in zip(axes.T, panels, strict=True):
         here = dataset.isel(point=np.flatnonzero(dataset["panel"] == key))
         names = list(dict.fromkeys(here["series"].to_numpy().tolist()))
-        for place, cost in zip(column, ("time", "work"), strict=True):
-            _frame(place, dataset, cost, edge)
+        for panel, cost in zip(column, ("time", "work"), strict=True):
+            _frame(panel, dataset, cost, edge)
             for k, name in enumerate(names):
-                _series(place, here.isel(point=np.flatnonzero(here["series"] == name)), cost, k, edge)
+                _series(panel, here.isel(point=np.flatnonzero(here["series"] == name)), cost, k, edge)
         column[0].set_title(titles[key], fontsize=11)
         column[1].legend(
             handles=[_key(k, name) for k, name in enumerate(names)],
@@ -54,12 +55,12 @@ def draw(dataset: xr.Dataset) -> Figure:
 
 
 def _wrapped(text: str, characters: float) -> str:
-    """Lines no longer than a narrow figure, which one panel makes."""
+    """Text in lines of at most that many characters."""
     return "\n".join(textwrap.fill(line, int(characters)) for line in text.splitlines())
 
 
 def _limits(dataset: xr.Dataset, axes: Axes) -> float:
-    """Sets the axis of errors; where failures are drawn on it."""
+    """Set the axis of errors; the position at which failures are drawn on it."""
     good = dataset["error"].to_numpy()[np.isfinite(dataset["error"])]
     floor = max(float(dataset.attrs["floor"]), 1e-12)
     least = min(floor, *good) if good.size else floor
@@ -69,7 +70,7 @@ def _limits(dataset: xr.Dataset, axes: Axes) -> float:
 
 
 def _frame(axes: Axes, dataset: xr.Dataset, cost: str, edge: float) -> None:
-    """Grid, floor, edge of failures and the front of all points of the chart."""
+    """Draw grid, floor, edge of failures and the Pareto front of the whole chart."""
     axes.set(xscale="log", yscale="log")
     axes.grid(which="major", color="0.9", linewidth=0.7)
     axes.set_axisbelow(True)

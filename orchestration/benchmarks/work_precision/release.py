@@ -1,5 +1,5 @@
-"""The release of the bare rod beside the rods of others (extra `peers`), from the table of `tca-cosim peers`: error of
-the tip at 0.1 s against CPU time, undamped and damped."""
+"""Figure of the release of the bare rod beside other codes (requires tca-cosim[peers]), from the table of
+`tca-cosim peers`: error of the tip at 0.1 s against CPU time, undamped and damped."""
 
 from __future__ import annotations
 
@@ -11,22 +11,22 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ..peers.table import Row
-from .norm import front
+from ..peers.table import PeerRow
+from .norm import pareto_front
 from .plot import COLOURS, FAILED, MARKERS
 
 __all__ = ["draw"]
 
 
-def draw(rows: Sequence[Row], notes: Sequence[str]) -> Figure:
-    """rows, notes: from peers.compare."""
+def draw(rows: Sequence[PeerRow], notes: Sequence[str]) -> Figure:
+    """Draw the rows and notes of peers.compare_peers()."""
     figure = Figure(figsize=(10.5, 5.6), layout="constrained")
     axes = figure.subplots(1, 2, sharex=True, sharey=True)
     codes = list(dict.fromkeys((row.code, row.dim) for row in rows))
-    for place, damped in zip(axes, (False, True), strict=True):
-        _panel(place, [row for row in rows if row.damped == damped], codes)
-        place.set_xlabel("error of the tip at 0.1 s [µm]")
-        place.set_title("damped, retardation 5 ms" if damped else "undamped", fontsize=11)
+    for panel, damped in zip(axes, (False, True), strict=True):
+        _panel(panel, [row for row in rows if row.damped == damped], codes)
+        panel.set_xlabel("error of the tip at 0.1 s [µm]")
+        panel.set_title("damped, retardation 5 ms" if damped else "undamped", fontsize=11)
     axes[0].set_ylabel("CPU time per second simulated [s/s], median and quartiles")
     handles, labels = axes[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), fontsize=9, frameon=False)
@@ -36,11 +36,11 @@ def draw(rows: Sequence[Row], notes: Sequence[str]) -> Figure:
     return figure
 
 
-def _panel(axes: Axes, rows: Sequence[Row], codes: Sequence[tuple[str, int]]) -> None:
+def _panel(axes: Axes, rows: Sequence[PeerRow], codes: Sequence[tuple[str, int]]) -> None:
     axes.set(xscale="log", yscale="log")
     axes.grid(which="major", color="0.9", linewidth=0.7)
     axes.set_axisbelow(True)
-    best = front(np.array([row.error for row in rows]), np.array([row.cpu for row in rows]))
+    best = pareto_front(np.array([row.error for row in rows]), np.array([row.cpu for row in rows]))
     edge = sorted((row.error, row.cpu) for row, good in zip(rows, best, strict=True) if good)
     axes.plot(*zip(*edge, strict=True), color="0.75", linewidth=5.0, solid_capstyle="round", zorder=1, label="best")
     for k, (code, dim) in enumerate(codes):

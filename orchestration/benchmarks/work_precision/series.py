@@ -1,4 +1,4 @@
-"""What a chart compares, as data (series.toml): named lists of overrides with a sweep."""
+"""The series of a chart, read from TOML (series.toml): solvers with overrides of the scene and swept settings."""
 
 from __future__ import annotations
 
@@ -11,23 +11,23 @@ from typing import Any
 from ...errors import CosimError
 from ...fmi.archive import similar
 from ...scene import Scene
-from .solvers import SOLVERS, moves
-from .truth import LEVELS
+from .reference_solution import LEVELS
+from .solvers import SOLVERS, has_inertia
 
 if sys.version_info >= (3, 11):
     import tomllib
 else:
     import tomli as tomllib
 
-__all__ = ["Plan", "Series", "Trial", "plan"]
+__all__ = ["ChartPlan", "Series", "Trial", "read_series"]
 
 OWN = Path(__file__).with_name("series.toml")
-KINDS = {"any": (False, True), "equilibrium": (False,), "motion": (True,)}  # of scenes: is the rod dynamic?
+KINDS = {"any": (False, True), "equilibrium": (False,), "motion": (True,)}  # kind of scene -> values of rod.dynamic
 
 
 @dataclass(frozen=True)
 class Trial:
-    """One point: a solver with its settings, on a scene with overrides."""
+    """One point of a chart: a solver with its settings on a scene with overrides."""
 
     series: str
     panel: str
@@ -37,15 +37,29 @@ class Trial:
 
     @property
     def swept(self) -> str:
-        """As text, for the table."""
+        """Overrides and settings as text, for the table."""
         return ", ".join([*self.overrides, *(f"{name}={value}" for name, value in self.settings.items())])
 
 
 @dataclass(frozen=True)
 class Series:
-    """name: of the legend; panel: key of the chart's panels; solver: key of SOLVERS; scenes: which, a key of KINDS;
-    set: overrides of all its points; sweep: key of a scene (with a dot) or setting of the solver -> values, taken
-    together."""
+    """Points that are drawn as one line.
+
+    Parameters
+    ----------
+    name : str
+        Name in the legend.
+    panel : str
+        Key of the panel.
+    solver : str
+        Key of SOLVERS.
+    scenes : str
+        Kind of scene, a key of KINDS.
+    set : tuple of str
+        Overrides of all points.
+    sweep : mapping, optional
+        Key of a scene (with a dot) or setting of the solver -> values; all lists are taken together.
+    """
 
     name: str
     panel: str
@@ -55,50 +69,54 @@ class Series:
     sweep: Mapping[str, Sequence[Any]] | None = None
 
     def trials(self) -> list[Trial]:
+        """The points of the series."""
         columns = self.sweep or {}
         count = len(next(iter(columns.values()), (None,)))
-        found = []
+        trials = []
         for k in range(count):
             row = {key: values[k] for key, values in columns.items()}
             swept = tuple(f"{key}={value}" for key, value in row.items() if "." in key)
             settings = {key: value for key, value in row.items() if "." not in key}
-            found.append(Trial(self.name, self.panel, self.solver, (*self.set, *swept), settings))
-        return found
+            trials.append(Trial(self.name, self.panel, self.solver, (*self.set, *swept), settings))
+        return trials
 
 
 @dataclass(frozen=True)
-class Plan:
-    """outputs: how many, evenly spaced; panels: key -> title, in order; truth: coarse and fine."""
+class ChartPlan:
+    """All series of a chart.
+
+    outputs: number of evenly spaced outputs; panels: key -> title, in order; reference: settings of its two levels,
+    coarse and fine."""
 
     outputs: int
     panels: Mapping[str, str]
-    truth: Mapping[str, Mapping[str, Any]]
+    reference: Mapping[str, Mapping[str, Any]]
     series: tuple[Series, ...]
 
-    def of(self, scene: Scene, panels: Sequence[str] = ()) -> list[Trial]:
-        """The points of a scene; of some panels only where named. Raises CosimError."""
+    def trials(self, scene: Scene, panels: Sequence[str] = ()) -> list[Trial]:
+        """The points of a scene, of all panels by default. Raises CosimError where a panel is unknown."""
         for name in panels:
             if name not in self.panels:
                 raise CosimError(f"chart: no panel {name!r}; {similar(name, list(self.panels))}")
-        kind = moves(scene)
+        kind = has_inertia(scene)
         wanted = [s for s in self.series if kind in KINDS[s.scenes] and (not panels or s.panel in panels)]
         return [trial for s in wanted for trial in s.trials()]
 
 
-def plan(path: Path = OWN) -> Plan:
-    """Raises CosimError, which names file, series, key and remedy."""
+def read_series(path: Path = OWN) -> ChartPlan:
+    """Read a file of series. Raises CosimError, which names file, series, key and remedy."""
     try:
         raw = tomllib.loads(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         raise CosimError(f"{path}: cannot be read: {error}") from error
-    for key in ("panels", "truth", "series"):
+    for key in ("panels", "reference", "series"):
         if key not in raw:
             raise CosimError(f"{path}: {key} is missing; {OWN} shows how it is written")
     for level in LEVELS:
-        if not {"set", "tolerance"} <= set(raw["truth"].get(level, {})):
-            raise CosimError(f"{path}: truth.{level} wants set and tolerance; {OWN} shows how it is written")
+        if not {"set", "tolerance"} <= set(raw["reference"].get(level, {})):
+            raise CosimError(f"{path}: reference.{level} wants set and tolerance; {OWN} shows how it is written")
     series = tuple(_series(path, table, raw["panels"]) for table in raw["series"])
-    return Plan(int(raw.get("outputs", 30)), raw["panels"], raw["truth"], series)
+    return ChartPlan(int(raw.get("outputs", 30)), raw["panels"], raw["reference"], series)
 
 
 def _series(path: Path, table: Mapping[str, Any], panels: Mapping[str, str]) -> Series:

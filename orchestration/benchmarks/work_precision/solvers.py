@@ -1,5 +1,5 @@
-"""The solvers that a chart compares, behind one protocol, so that all are timed alike: loaded and made ready untimed,
-run timed."""
+"""The solvers of a chart behind one protocol, so that all are timed alike: loading and rewinding are not timed, runs
+are."""
 
 from __future__ import annotations
 
@@ -24,40 +24,54 @@ from ...studies.model_selection.hierarchy import apply_choice, model_hierarchies
 from ...verification import monolith, reference
 from .norm import QUANTITIES
 
-__all__ = ["SOLVERS", "LateError", "Solver", "moves"]
+__all__ = ["SOLVERS", "Solver", "TimeLimitError", "has_inertia"]
 
-COUNT = "evaluations"  # output of rod.fmu
-PATIENCE = 20.0  # times the limit of a run: of a search, and of solvers in Python
+COUNT = "evaluations"  # output of rod.fmu that counts evaluations of its residual
+PATIENCE = 20.0  # limit of a search, and of solvers in Python, over that of a run
 
 
-class LateError(Exception):
-    """The CPU time is used up. No CosimError: searches take those for runs that fail, and go on."""
+class TimeLimitError(Exception):
+    """The CPU time is used up.
+
+    Not a CosimError: a search would take that for a run that fails, and go on."""
 
 
 class Solver(Protocol):
-    """Loads when made: (scene, overrides, times (n,) of the output [s], settings). work: evaluations of the rod's
-    equations in the first run, which no machine changes; nan where nothing is counted."""
+    """A solver of a scene; loads when made.
+
+    Attributes
+    ----------
+    settings : tuple of str
+        Keyword arguments that series may sweep.
+    work : float
+        Evaluations of the rod's equations in the first run, which do not depend on the machine; nan where none are
+        counted.
+    """
 
     settings: ClassVar[tuple[str, ...]]
     work: float
 
-    def __init__(self, source: str, overrides: Sequence[str], times: np.ndarray, **settings: Any) -> None: ...
+    def __init__(self, source: str, overrides: Sequence[str], times: np.ndarray, **settings: Any) -> None:
+        """Load the scene with overrides, for outputs at times (n,) [s]."""
 
-    def ready(self) -> None:
-        """Back to the start, as if nothing had been run."""
+    def rewind(self) -> None:
+        """Go back to the start, as if nothing had been run."""
 
     def run(self, limit: float) -> None:
-        """To the stop time. limit [s] of CPU time, PATIENCE times that of a search or in Python; inf: none. Raises
-        CosimError, LateError."""
+        """Run to the stop time.
+
+        limit: CPU time [s]; PATIENCE times that for a search or a solver in Python; inf: none. Raises CosimError,
+        TimeLimitError."""
 
     def result(self) -> xr.Dataset:
-        """Of the last run, with the output times among its times."""
+        """The result of the last run, with the output times among its times."""
 
-    def close(self) -> None: ...
+    def close(self) -> None:
+        """Free the FMUs."""
 
 
 class CoSimulation:
-    """work: residuals, those of steps that were taken back included."""
+    """The master with the scene's coupling. work: residuals, also of steps that were repeated."""
 
     settings: ClassVar[tuple[str, ...]] = ("steps",)  # macro steps per output
 
@@ -80,7 +94,7 @@ class CoSimulation:
             master.watch(name, counter)
         self.work = np.nan
 
-    def ready(self) -> None:
+    def rewind(self) -> None:
         self._ready.master.restart(self._start)
 
     def run(self, limit: float) -> None:
@@ -127,8 +141,10 @@ class _Counter:
 
 
 class Auto(CoSimulation):
-    """Models and macro step chosen by select() for all that a chart's error is made of; the search is part of the first
-    run. The truth has inertia where the scene has it, so that a choice may leave it out, but not add it."""
+    """The master with models and macro step chosen by model selection for the quantities of the chart's error.
+
+    The search is part of the first run. The reference has inertia where the scene has it, so that a choice may leave it
+    out but not add it."""
 
     settings: ClassVar[tuple[str, ...]] = ("tolerance",)
 
@@ -144,7 +160,7 @@ class Auto(CoSimulation):
     def run(self, limit: float) -> None:
         if not self._chosen:
             hierarchies = model_hierarchies(self._asked)
-            free = tuple(h for h in hierarchies if h.name != "inertia" or moves(self._asked))
+            free = tuple(h for h in hierarchies if h.name != "inertia" or has_inertia(self._asked))
             selection = select(self._asked, hierarchies=free, watch=_watch(PATIENCE * limit, "search for a level, "))
             self._load(apply_choice(self._asked, selection.search.choice), self._times)
             self._chosen = True
@@ -152,7 +168,7 @@ class Auto(CoSimulation):
 
 
 class Monolith:
-    """work: right-hand sides."""
+    """All FMUs as one system. work: right-hand sides."""
 
     settings: ClassVar[tuple[str, ...]] = ("tolerance",)
 
@@ -171,7 +187,7 @@ class Monolith:
 
         vars(self._system)["rates"] = counted
 
-    def ready(self) -> None:
+    def rewind(self) -> None:
         self._open.close()
         self._assemble()
 
@@ -189,16 +205,17 @@ class Monolith:
 
 
 class Reference:
-    """numpy and scipy alone."""
+    """The independent solution in scipy."""
 
     settings: ClassVar[tuple[str, ...]] = tuple(f.name for f in fields(reference.Resolution))
-    work = np.nan  # right-hand sides of the moving rod, shots through the resting one
+    work = np.nan  # right-hand sides of a dynamic rod, shots of a quasi-static one
 
     def __init__(self, source: str, overrides: Sequence[str], times: np.ndarray, **resolution: Any) -> None:
         self._solve = reference.prepare(read(source, overrides), reference.Resolution(**resolution), times)
         self._result = xr.Dataset()
 
-    def ready(self) -> None: ...
+    def rewind(self) -> None:
+        """Nothing to do: every run starts anew."""
 
     def run(self, limit: float) -> None:
         self._result = self._solve(_watch(PATIENCE * limit))
@@ -207,7 +224,8 @@ class Reference:
     def result(self) -> xr.Dataset:
         return self._result
 
-    def close(self) -> None: ...
+    def close(self) -> None:
+        """Nothing to free."""
 
 
 SOLVERS: dict[str, type[Solver]] = {
@@ -218,17 +236,17 @@ SOLVERS: dict[str, type[Solver]] = {
 }
 
 
-def moves(scene: Scene) -> bool:
-    """Whether anything in it has inertia."""
+def has_inertia(scene: Scene) -> bool:
+    """Whether a member of the scene has inertia."""
     return any(m.value("dynamic") for m in scene.members)
 
 
 def _watch(limit: float, what: str = "") -> Callable[[float], None]:
-    """Raises LateError when the CPU time from now on is used up; inf: looks at no clock."""
+    """Function that raises TimeLimitError once the CPU time from now on exceeds `limit` [s]; inf: it never does."""
     end = time.process_time() + limit
 
-    def look(now: float) -> None:
+    def check(now: float) -> None:
         if time.process_time() > end:
-            raise LateError(f"{what}stopped at t = {now:.4g} s after {limit:g} s of CPU time")
+            raise TimeLimitError(f"{what}stopped at t = {now:.4g} s after {limit:g} s of CPU time")
 
-    return look if limit < np.inf else (lambda time: None)
+    return check if limit < np.inf else (lambda time: None)

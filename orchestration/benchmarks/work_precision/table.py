@@ -1,4 +1,4 @@
-"""The table behind a chart: an xarray Dataset over the points, with all that it takes to measure them again."""
+"""The table of a chart: a Dataset over its points, with everything needed to measure them again."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ import xarray as xr
 from ... import results
 from ...results.provenance import commit, machine
 from ...scene import Scene
-from .measure import Measured
-from .norm import Norm, front
-from .series import Plan
+from .measure import MeasuredPoint
+from .norm import ErrorNorm, pareto_front
+from .series import ChartPlan
 from .solvers import SOLVERS
 
-__all__ = ["LEVELS", "best", "tabulated", "write_csv"]
+__all__ = ["LEVELS", "chart_table", "fastest_points", "write_csv"]
 
-LEVELS = (1e-2, 1e-3, 1e-4, 1e-5)  # of the error, at which the fastest points are compared
+LEVELS = (1e-2, 1e-3, 1e-4, 1e-5)  # errors at which the fastest points are compared, share of the range
 _COLUMNS: dict[str, tuple[str, str]] = {
     "series": ("1", "name of the series"),
     "panel": ("1", "panel of the chart"),
@@ -37,13 +37,15 @@ _COLUMNS: dict[str, tuple[str, str]] = {
         "1",
         "evaluations of the rod: residuals, also of repeated steps; right-hand sides; shots; nan: none counted",
     ),
-    "front": ("1", "no other point is both faster and as exact"),
+    "front": ("1", "whether no other point is both faster and as exact"),
     "failure": ("1", "why it failed"),
 }
 
 
-def tabulated(scene: Scene, plan: Plan, points: list[Measured], norm: Norm, floor: float, repeats: int) -> xr.Dataset:
-    """floor: the error of the coarse truth against the fine one."""
+def chart_table(
+    scene: Scene, plan: ChartPlan, points: list[MeasuredPoint], norm: ErrorNorm, floor: float, repeats: int
+) -> xr.Dataset:
+    """The table of measured points; floor: error of the coarse reference against the fine one."""
     times = np.array([np.quantile(p.warm, (0.25, 0.5, 0.75)) if p.warm else [np.nan] * 3 for p in points])
     error = np.array([p.error for p in points])
     columns: dict[str, Any] = {
@@ -58,11 +60,11 @@ def tabulated(scene: Scene, plan: Plan, points: list[Measured], norm: Norm, floo
         "runs": [len(p.warm) for p in points],
         "cold": [p.cold for p in points],
         "work": [p.work for p in points],
-        "front": front(error, times[:, 1]),
+        "front": pareto_front(error, times[:, 1]),
         "failure": [p.reason for p in points],
     }
-    about = {name: {"units": unit, "long_name": text} for name, (unit, text) in _COLUMNS.items()}
-    dataset = xr.Dataset({name: ("point", values, about[name]) for name, values in columns.items()})
+    attributes = {name: {"units": unit, "long_name": text} for name, (unit, text) in _COLUMNS.items()}
+    dataset = xr.Dataset({name: ("point", values, attributes[name]) for name, values in columns.items()})
     packages = {name: version(name) for name in ("scipy", "scikit-fem", "scikit-sundae", "threadpoolctl")}
     record = results.scene_record(scene, "complete")
     dataset.attrs = {
@@ -72,7 +74,7 @@ def tabulated(scene: Scene, plan: Plan, points: list[Measured], norm: Norm, floo
         "ranges": json.dumps(norm.ranges),
         "outputs": norm.times.size - 1,
         "floor": floor,
-        "truth": json.dumps(plan.truth),
+        "reference": json.dumps(plan.reference),
         "panels": json.dumps(plan.panels),
         "repeats": repeats,
         "fmus": json.dumps({m.name: m.archive.digest for m in scene.members}),
@@ -82,20 +84,20 @@ def tabulated(scene: Scene, plan: Plan, points: list[Measured], norm: Norm, floo
     return dataset
 
 
-def best(dataset: xr.Dataset, level: float) -> dict[str, int]:
-    """Per solver the fastest point whose error is at most `level`; the paper's scheme stands for itself."""
-    found: dict[str, int] = {}
+def fastest_points(dataset: xr.Dataset, level: float) -> dict[str, int]:
+    """Index of the fastest point of each solver with an error of at most `level`; the paper's scheme counts as one."""
+    fastest: dict[str, int] = {}
     times = dataset["time"].to_numpy()
     for k in np.flatnonzero((dataset["error"].to_numpy() <= level) & np.isfinite(times)):
         series, solver = str(dataset["series"][k].item()), str(dataset["solver"][k].item())
         name = "paper's scheme" if series.startswith("paper's") else solver
-        if name not in found or times[k] < times[found[name]]:
-            found[name] = int(k)
-    return found
+        if name not in fastest or times[k] < times[fastest[name]]:
+            fastest[name] = int(k)
+    return fastest
 
 
 def write_csv(dataset: xr.Dataset, path: Path) -> None:
-    """The attributes as comments, then one row per point."""
+    """Write a CSV file: the attributes as comments, then one row per point."""
     path.parent.mkdir(parents=True, exist_ok=True)
     with path.open("w", encoding="utf-8", newline="\n") as file:
         file.writelines(f"# {key}: {value}\n" for key, value in dataset.attrs.items())

@@ -141,6 +141,7 @@ class _Integration:
         self, system: System, interval: Interval, states: np.ndarray, tolerance: float, scale: np.ndarray
     ) -> None:
         self.time = interval[0]
+        self._ending = ""  # name of the part that wishes to end
         self._system, self._interval, self._states = system, interval, states
         self._tolerance, self._scale = tolerance, scale
         self._start(self.time)
@@ -155,9 +156,9 @@ class _Integration:
             due = self._system.next_event <= self.time
             if event or due:
                 self._states, self._ending = self._system.handle_event(self.time, self._states, self._interval)
-                self._start(self.time)
                 if self._ending:
                     return self._states, self._ending
+                self._start(self.time)
             if self.time >= time:
                 return self._states, ""
         raise SubsystemError(
@@ -169,7 +170,6 @@ class _Integration:
         """Initialise the solver at the present states. One without states gets a dummy where events must be found."""
         system, count = self._system, self._system.indicator_count
         self._dummy = not self._states.size
-        self._ending = ""
         if self._dummy and not count:
             return
         options: dict[str, object] = {}
