@@ -13,7 +13,18 @@ import pytest
 import tca_cosim as tca
 from pythonfmu import FmuBuilder
 from tca_cosim.benchmarks.peers import cofmupy
-from tca_cosim.benchmarks.peers.cofmupy import HERE, LOOP, OURS, THEIRS, CofmupyRow, job, ours, parse, rate, show
+from tca_cosim.benchmarks.peers.cofmupy import (
+    HERE,
+    LOOP,
+    OURS,
+    THEIRS,
+    CofmupyRow,
+    comparison_table,
+    job,
+    parse,
+    rate,
+    run_ours,
+)
 
 DELTA = [("rod", f"delta[{k}]") for k in (1, 2, 3)]
 
@@ -50,7 +61,7 @@ def test_a_scene_becomes_their_job() -> None:
 def test_our_master_solves_the_loop_on_either_side_of_1(gain: str, gain_of_loop: float, tmp_path: Path) -> None:
     file = tmp_path / "loop.toml"
     file.write_text(LOOP.format(path=gain, gain=gain_of_loop))
-    answer = ours(tca.read(file), [("one", "y")])
+    answer = run_ours(tca.read(file), [("one", "y")])
     verdict, error = rate(answer, np.full((10, 1), 1.0 / (1.0 + gain_of_loop)))
     assert (verdict, answer.failure, answer.watched.shape) == ("converges", "", (10, 1))
     assert error < 1e-6
@@ -99,7 +110,7 @@ def test_verdicts_and_ratios() -> None:
         CofmupyRow("a", 2.0, THEIRS, 0.01, "says nothing, and diverges", 1e9, 16.0),
         CofmupyRow("b", 0.5, THEIRS, 0.01, "converges", 1e-5, 16.0),
     ]
-    ratio, same = (list(column.cells) for column in show(rows).columns[-2:])
+    ratio, same = (list(column.cells) for column in comparison_table(rows).columns[-2:])
     assert ratio == ["-", "-", "1.5", "2", "-", "-"]
     assert same == ["-", "-", "0.38", "-", "-", "-"]
 
