@@ -47,7 +47,7 @@ ROD_INLINE void orientation(const RodConstants& rod, const double* q, Kinematics
   w.tip_quaternion = rotate_along(grid, kappa, w.R);
 }
 
-/// Length, direction and arm of u_i = lambda + kappa x r_i + r_i', and the gradient of its path (Eqs. 9-13, 17).
+/// Length, direction and arm of u_i = lambda + kappa x r_i + r_i', and the gradient of its path (Eqs. 9-13, Eq. 17).
 template <class Space, int packs>
 ROD_INLINE void tca_geometry(const RodConstants& rod, const VectorField& kappa, const VectorField& lambda,
                              Kinematics& w, const Gradients& b) {
