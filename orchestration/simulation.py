@@ -23,6 +23,7 @@ from .cosim.time_loop import drive
 from .cosim.topology import Connection
 from .errors import CosimError, SceneError, SubsystemError
 from .fmi.archive import Variable
+from .fmi.model_exchange import ModelExchangeInstance
 from .fmi.slave import Slave
 from .scene import Member, Scene
 
@@ -36,7 +37,7 @@ class OpenSimulation:
     """The FMUs of a scene, loaded, wired and initialised."""
 
     scene: Scene
-    slaves: tuple[Slave, ...]
+    slaves: tuple[Slave | ModelExchangeInstance, ...]
     master: Master
 
     def steps(
@@ -98,7 +99,7 @@ def open_simulation(
     with contextlib.ExitStack() as stack:
         for member in scene.members:
             stack.callback(member.archive.close)  # the extracted files; a later run extracts them again
-        slaves = tuple(stack.enter_context(contextlib.closing(_slave(scene, member))) for member in scene.members)
+        slaves = tuple(stack.enter_context(contextlib.closing(_instance(scene, member))) for member in scene.members)
         frozen = {m.name for m in scene.members if m.frozen}
         connections = [c for c in scene.connections if c.target[0] not in frozen]
         systems: dict[str, Recorder] = {
@@ -135,9 +136,11 @@ def run_to_end(ready: OpenSimulation, progress: Callable[[float], None] = lambda
     return ready.collect(first, logs, "complete")
 
 
-def _slave(scene: Scene, member: Member) -> Slave:
+def _instance(scene: Scene, member: Member) -> Slave | ModelExchangeInstance:
+    """Return an instance for co-simulation, or for model exchange where the FMU offers nothing else."""
+    kind = ModelExchangeInstance if member.archive.description.coSimulation is None else Slave
     fed = [c.target[1] for c in scene.connections if c.target[0] == member.name]
-    return Slave(
+    return kind(
         member.archive,
         member.name,
         member.parameters,
@@ -153,8 +156,8 @@ def recorded_variables(member: Member) -> list[Variable]:
     return [v for v in member.archive.variables.values() if v.type == "Real" and v.causality in ("input", "output")]
 
 
-def _converted(slave: Slave, connections: Sequence[Connection]) -> Recorder:
-    """The slave, behind the conversions of the connections that feed it, if there are any."""
+def _converted(slave: Slave | ModelExchangeInstance, connections: Sequence[Connection]) -> Recorder:
+    """Return the subsystem, behind the conversions of the connections that feed it if there are any."""
     into = [c for c in connections if c.target[0] == slave.name and c.transforms]
     return convert_inputs(slave, {c.target[1]: (c.factor, c.offset) for c in into}) if into else slave
 

@@ -32,7 +32,7 @@ REENTRANT_TOOLS = ("tca-cosim",)
 
 
 class Archive:
-    """An FMI 2.0 FMU for co-simulation; a context manager that removes what was extracted.
+    """An FMI 2.0 FMU; a context manager that removes what was extracted.
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ class Archive:
     Raises
     ------
     SceneError
-        The file cannot be read, is made for another version, or has no co-simulation.
+        The file cannot be read, is made for another version, or offers no interface.
     """
 
     def __init__(self, path: Path) -> None:
@@ -54,8 +54,8 @@ class Archive:
         version = self.description.fmiVersion
         if self.description.fmiMajorVersion != 2:
             raise SceneError(f"{path}: made for FMI {version}; export it for FMI 2.0, as co-simulation")
-        if self.description.coSimulation is None:
-            raise SceneError(f"{path}: made for FMI {version} without co-simulation; export it as co-simulation")
+        if self.description.coSimulation is None and self.description.modelExchange is None:
+            raise SceneError(f"{path}: offers neither co-simulation nor model exchange; export it with one of them")
         units = {unit.name: unit.baseUnit for unit in self.description.unitDefinitions}
         try:
             self.variables: dict[str, Variable] = read_variables(root, units)

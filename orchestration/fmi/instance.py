@@ -74,6 +74,7 @@ class Instance:
         description, variables = archive.description, archive.variables
         interface = description.coSimulation if self.kind is fmi2.FMU2Slave else description.modelExchange
         self.name = name
+        self._archive, self._stop = archive, stop
         self.inputs = tuple(_port(name, variables[v]) for v in inputs)
         self.outputs = tuple(_port(name, variables[v]) for v in outputs)
         self._driven_variables = [variables[v] for v in inputs]

@@ -14,8 +14,8 @@ import xarray as xr
 
 from ... import results
 from ...cosim.master import StepLog
+from ...cosim.subsystem import Recorder
 from ...fmi.archive import Variable
-from ...fmi.slave import Slave
 from ...scene import Member, Scene, read
 from ...scene.loop_closure import closed_inside
 from ...simulation import open_simulation, recorded_variables
@@ -119,7 +119,7 @@ class _Counter:
 
     total: the count so far; nan without such an output."""
 
-    def __init__(self, member: Member, slave: Slave) -> None:
+    def __init__(self, member: Member, slave: Recorder) -> None:
         names = [variable.name for variable in recorded_variables(member)]
         self._slave, self._index = slave, names.index(COUNT) if COUNT in names else None
         self.total, self._last = (np.nan, np.nan) if self._index is None else (0.0, self._now())
