@@ -6,13 +6,25 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-__all__ = ["CosimError", "CouplingError", "SceneError", "SceneWarning", "SubsystemError", "TerminationRequest"]
+__all__ = [
+    "CosimError",
+    "CouplingError",
+    "FmuWarning",
+    "SceneError",
+    "SceneWarning",
+    "SubsystemError",
+    "TerminationRequest",
+]
 
 
 class CosimError(Exception):
     """Base of all errors that a user can mend. partial: the result until then, where a run had begun."""
 
     partial: Any = None
+
+
+class FmuWarning(UserWarning):
+    """What an FMU warned of in a run."""
 
 
 class SceneError(CosimError):

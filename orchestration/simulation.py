@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -21,7 +22,7 @@ from .cosim.step_control import Control, Doubling, Embedded, Fixed
 from .cosim.subsystem import Recorder
 from .cosim.time_loop import drive
 from .cosim.topology import Connection
-from .errors import CosimError, SceneError, SubsystemError
+from .errors import CosimError, FmuWarning, SceneError, SubsystemError
 from .fmi.archive import Variable
 from .fmi.model_exchange import ModelExchangeInstance
 from .fmi.slave import Slave
@@ -45,7 +46,8 @@ class OpenSimulation:
     ) -> Iterator[StepLog]:
         """Run to the stop time and yield the log of every macro step. marks: times [s] at which steps end."""
         breaks = [t for m in self.scene.members for signal in m.signals.values() for t in signal.breaks]
-        return drive(self.master, _control(self.scene.coupling), 0.0, self.scene.stop_time, breaks, progress, marks)
+        span = (self.scene.start_time, self.scene.stop_time)
+        return drive(self.master, _control(self.scene.coupling), *span, breaks, progress, marks)
 
     def collect(self, first: Any, logs: Sequence[StepLog], status: str) -> xr.Dataset:
         """Return the result of the steps taken.
@@ -60,9 +62,11 @@ class OpenSimulation:
             'complete', or why the run ended early.
         """
         names = {m.name: recorded_variables(m) for m in self.scene.members}
-        result = results.collect(self.scene, names, first, logs, status)
+        warned = [warning for slave in self.slaves for warning in slave.warnings()]
+        result = results.collect(self.scene, names, first, logs, status, warned)
         statistics = summarize(self.master, logs)
-        result.attrs |= {"statistics": json.dumps(statistics), "notes": json.dumps(self.master.notes)}
+        notes = [*self.master.notes, *([self.master.ended] if self.master.ended else [])]
+        result.attrs |= {"statistics": json.dumps(statistics), "notes": json.dumps(notes), "ended": self.master.ended}
         return result
 
 
@@ -110,7 +114,7 @@ def open_simulation(
         signals = {m.name: m.signals for m in scene.members}
         components = assemble(tuple(systems.values()), connections, signals, scene.coupling)
         master = Master(components, scene.coupling, lambda: observe(systems))
-        master.initialise(0.0)
+        master.initialise(scene.start_time)
         yield OpenSimulation(scene, slaves, master)
 
 
@@ -118,10 +122,16 @@ def run(scene: Scene, progress: Callable[[float], None] = lambda time: None) -> 
     """Run a scene and return its result (results.collect).
 
     Raises SubsystemError and CouplingError. What was computed by then is the error's `partial`, whose status says why
-    the run ended.
+    the run ended. What FMUs warn of is in the result's attribute `warnings`, and comes as FmuWarning.
     """
     with open_simulation(scene) as ready:
-        return run_to_end(ready, progress)
+        try:
+            result = run_to_end(ready, progress)
+        finally:
+            for slave in ready.slaves:
+                for warning in slave.warnings():
+                    warnings.warn(str(warning), FmuWarning, stacklevel=2)
+        return result
 
 
 def run_to_end(ready: OpenSimulation, progress: Callable[[float], None] = lambda time: None) -> xr.Dataset:
@@ -147,13 +157,16 @@ def _instance(scene: Scene, member: Member) -> Slave | ModelExchangeInstance:
         inputs=[*fed, *member.signals],
         outputs=list(dict.fromkeys(c.source[1] for c in scene.connections if c.source[0] == member.name)),
         recorded=[v.name for v in recorded_variables(member)],
+        start=scene.start_time,
         stop=scene.stop_time,
+        tolerance=scene.tolerance,
     )
 
 
 def recorded_variables(member: Member) -> list[Variable]:
-    """Return the variables of a member that a result shows: its Real inputs and outputs."""
-    return [v for v in member.archive.variables.values() if v.type == "Real" and v.causality in ("input", "output")]
+    """Return the variables of a member that a result shows: its inputs and outputs, and what the scene asks for."""
+    variables = member.archive.variables.values()
+    return [v for v in variables if v.causality in ("input", "output") or v.name in member.recorded]
 
 
 def _converted(slave: Slave | ModelExchangeInstance, connections: Sequence[Connection]) -> Recorder:

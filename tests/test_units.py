@@ -1,21 +1,14 @@
-"""Units: quantities as texts, by factor and offset of the FMU's own definition; equality by FMI's rule."""
+"""Units: quantities as texts, by factor and offset of the FMU's own definition."""
 
 from __future__ import annotations
-
-from dataclasses import replace
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from tca_cosim.fmi.units import convert, same_unit
-from tca_cosim.fmi.variables import Variable
+from tca_cosim.fmi.units import convert
 
 KELVIN, RADIAN = {"K": 1}, {"rad": 1}
 FAHRENHEIT = (5.0 / 9.0, 459.67 * 5.0 / 9.0)  # factor and offset in K
-
-
-def variable(unit: str, dimension: dict[str, int] | None, **changes: object) -> Variable:
-    return replace(Variable("v", 0, "Real", "output", "continuous", "", unit, dimension), **changes)
 
 
 @pytest.mark.parametrize(
@@ -60,22 +53,3 @@ def test_a_text_in_kelvin_comes_back(value: float, factor: float, offset: float)
     """factor * convert(x) + offset is x again."""
     number = convert(f"{value!r} K", KELVIN, "own", False, factor, offset)
     assert factor * number + offset == pytest.approx(value, rel=1e-9, abs=1e-9)
-
-
-def test_equal_units_have_equal_exponents_factor_and_offset() -> None:
-    kelvin, celsius = variable("K", KELVIN), variable("degC", KELVIN, offset=273.15)
-    metric = variable("t", {"kg": 1}, factor=1000.0)
-    energy = {"kg": 1, "m": 2, "s": -2}
-    assert same_unit(variable("Nm", energy), variable("N.m", energy))
-    assert not same_unit(metric, variable("t", {"kg": 1}, factor=907.18474))
-    assert not same_unit(kelvin, celsius)
-    assert same_unit(replace(kelvin, relative=True), replace(celsius, relative=True))
-    assert not same_unit(variable("rad", RADIAN), variable("1", {}))
-
-
-def test_names_count_only_where_a_definition_lacks() -> None:
-    kelvin = variable("K", KELVIN)
-    assert same_unit(variable("K", None), kelvin)
-    assert not same_unit(variable("-", None), kelvin)
-    assert not same_unit(variable("1", {}), kelvin)
-    assert same_unit(variable("1", None, has_unit=False), kelvin)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import contextlib
+import json
+import warnings
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -12,7 +14,8 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table
 
-from ..errors import CosimError
+from ..errors import CosimError, FmuWarning
+from ..fmi.log import Warned
 from ..results.comparison import compare
 from ..scene import Scene
 from ..studies.model_selection import run_selected
@@ -61,11 +64,32 @@ def written(*what: object) -> None:
 
 
 def run(scene: Scene) -> xr.Dataset:
-    """Runs a scene and shows how far it is; where its models are to be chosen, which ones it is at."""
-    if scene.accuracy.level == "given":
-        return watched(scene, lambda progress: run_selected(scene, progress))
-    with busy(scene.name) as tell:
-        return run_selected(scene, status=tell)
+    """Runs a scene and shows how far it is; where its models are to be chosen, which ones it is at.
+
+    What FMUs warned of, and who ended the run, is shown at the end.
+    """
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", FmuWarning)  # shown below
+        try:
+            if scene.accuracy.level == "given":
+                result = watched(scene, lambda progress: run_selected(scene, progress))
+            else:
+                with busy(scene.name) as tell:
+                    result = run_selected(scene, status=tell)
+        except CosimError as error:
+            if error.partial is not None:
+                _show_messages(error.partial)
+            raise
+    _show_messages(result)
+    return result
+
+
+def _show_messages(result: xr.Dataset) -> None:
+    """Prints what FMUs warned of, and which of them ended the run."""
+    for warning in json.loads(result.attrs.get("warnings", "[]")):
+        out.print(f"warning: {Warned(**warning)}", highlight=False, soft_wrap=True, style="yellow")
+    if result.attrs.get("ended"):
+        out.print(result.attrs["ended"], highlight=False, soft_wrap=True)
 
 
 @contextlib.contextmanager

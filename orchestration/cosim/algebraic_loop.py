@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from ..errors import SubsystemError
+from ..errors import SubsystemError, TerminationRequest
 from .acceleration import IterationHistory, Method, Outcome, create, norm, solve
 from .extrapolation import METHODS, Extrapolation, Sample
 from .graph import WiredComponent
@@ -83,6 +83,8 @@ def solve_loop(
             return outcome
     except StepError as failure:
         cause = failure.cause
+    except TerminationRequest:
+        raise
     except SubsystemError as failure:
         cause, reached = str(failure), failure.reached
     except np.linalg.LinAlgError:

@@ -69,10 +69,13 @@ def assemble(
             node.upstream = _links(nodes, name, [c for c in into if c.source[0] not in component.members])
             node.moving_upstream = [link for link in node.upstream if not link.source.subsystem.frozen]
             node.forward = _links(nodes, name, inside)
-            node.torn = _links(nodes, name, [c for c in into if c in component.torn])
+            links = _links(nodes, name, [c for c in into if c in component.torn])
+            node.torn = [link for link in links if not link.held]
+            node.delayed = [link for link in links if link.held]
         wired.append(_wired(nodes, component, settings.torn))
     for node in nodes.values():
-        for links, method in ((node.upstream + node.forward, settings.forward), (node.torn, settings.torn)):
+        continuous = [link for link in node.upstream + node.forward if not link.held]
+        for links, method in ((continuous, settings.forward), (node.torn, settings.torn)):
             if links and method.order > 1 and not node.subsystem.takes_polynomials:
                 raise SubsystemError(
                     f"{node.subsystem.name} cannot interpolate inputs, so it sees held ones only; "
@@ -104,14 +107,19 @@ def _node(subsystem: Subsystem, signals: Mapping[str, Signal]) -> Node:
 
 
 def _links(nodes: Mapping[str, Node], target: str, connections: Sequence[Connection]) -> list[Link]:
-    """Return one link per source."""
-    into = {port.name: k for k, port in enumerate(nodes[target].subsystem.inputs)}
+    """Return one link per source, and another one for its discrete values."""
+    inputs = nodes[target].subsystem.inputs
+    into = {port.name: k for k, port in enumerate(inputs)}
     links = []
     for name in dict.fromkeys(c.source[0] for c in connections):
-        out = {port.name: k for k, port in enumerate(nodes[name].subsystem.outputs)}
+        outputs = nodes[name].subsystem.outputs
+        out = {port.name: k for k, port in enumerate(outputs)}
         pairs = [(out[c.source[1]], into[c.target[1]]) for c in connections if c.source[0] == name]
-        columns, targets = (_columns(indices) for indices in np.array(pairs, dtype=int).T)
-        links.append(Link(nodes[name], columns, targets))
+        for held in (False, True):
+            alike = [(k, n) for k, n in pairs if held == (outputs[k].discrete or inputs[n].discrete)]
+            if alike:
+                columns, targets = (_columns(indices) for indices in np.array(alike, dtype=int).T)
+                links.append(Link(nodes[name], columns, targets, held))
     return links
 
 
@@ -123,9 +131,12 @@ def _columns(indices: np.ndarray) -> Columns:
 def _wired(nodes: Mapping[str, Node], component: Component, waveform: Extrapolation) -> WiredComponent:
     outputs = []
     for name in component.members:
-        wanted = {c.source[1] for c in component.torn if c.source[0] == name}
         ports = nodes[name].subsystem.outputs
-        columns = np.array([k for k, port in enumerate(ports) if port.name in wanted], dtype=int)
+        wanted = np.zeros(len(ports), dtype=bool)
+        for link in (link for member in component.members for link in nodes[member].torn):
+            if link.source is nodes[name]:
+                wanted[link.columns] = True
+        columns = np.flatnonzero(wanted)
         if columns.size:
             outputs.append(TornOutputs(nodes[name], columns, np.array([ports[k].nominal for k in columns])))
     interface = InterfaceVector(outputs, [waveform.needs_derivatives] * len(outputs))

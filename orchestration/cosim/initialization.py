@@ -14,7 +14,7 @@ from .acceleration import IterationHistory, create, solve
 from .extrapolation import Sample
 from .graph import WiredComponent
 from .interface import InterfaceVector
-from .node import Columns, Node
+from .node import Link, Node
 from .settings import Coupling
 from .step_error import StepError, give_up
 
@@ -53,20 +53,29 @@ def _solve(
     for node in component.nodes:
         node.inputs[1:] = 0.0
         for column, signal in node.signals:
-            node.inputs[: 2 if rates else 1, column] = signal.polynomial(time, INSTANT)[: 2 if rates else 1]
-        for link in node.torn:
+            rows = 2 if rates and not node.subsystem.inputs[column].discrete else 1
+            node.inputs[:rows, column] = signal.polynomial(time, INSTANT)[:rows]
+        for link in node.torn + node.delayed:
             if link.source.samples:
-                _set_tangent(node, link.targets, link.columns, link.source.samples[-1])
+                _set_tangent(node, link, link.source.samples[-1])
         for link in node.upstream:
-            _set_tangent(node, link.targets, link.columns, link.source.current)
+            _set_tangent(node, link, link.source.current)
 
     def sweep() -> None:
         for node in component.nodes:
             for link in node.forward:
-                _set_tangent(node, link.targets, link.columns, link.source.current)
+                _set_tangent(node, link, link.source.current)
             node.current = evaluate(node)
 
     sweep()
+    for _ in range(settings.max_sweeps if any(node.delayed for node in component.nodes) else 0):
+        before = [node.inputs[0].copy() for node in component.nodes]
+        for node in component.nodes:
+            for link in node.delayed:
+                _set_tangent(node, link, link.source.current)
+        if all(np.array_equal(a, node.inputs[0]) for a, node in zip(before, component.nodes, strict=True)):
+            break
+        sweep()
     torn = component.interface.outputs
     if not torn:
         return
@@ -76,7 +85,7 @@ def _solve(
         guesses = interface.unpack(x, lambda node: node.current, time, 1.0)
         for node in component.nodes:
             for link in node.torn:
-                _set_tangent(node, link.targets, link.columns, guesses[link.source])
+                _set_tangent(node, link, guesses[link.source])
         sweep()
         return interface.pack(lambda node: node.current, 1.0)
 
@@ -88,8 +97,8 @@ def _solve(
         raise give_up(time, 0.0, StepError(cause, outcome.residuals, history.secants.gain))
 
 
-def _set_tangent(node: Node, targets: Columns, columns: Columns, sample: Sample) -> None:
+def _set_tangent(node: Node, link: Link, sample: Sample) -> None:
     """Set values of inputs, and their first derivatives where the sample has rates."""
-    node.inputs[0, targets] = sample.values[columns]
-    if sample.rates is not None:
-        node.inputs[1, targets] = sample.rates[columns]
+    node.inputs[0, link.targets] = sample.values[link.columns]
+    if sample.rates is not None and not link.held:
+        node.inputs[1, link.targets] = sample.rates[link.columns]

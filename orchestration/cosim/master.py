@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..errors import SubsystemError
+from ..errors import SubsystemError, TerminationRequest
 from .acceleration import IterationHistory
 from .algebraic_loop import solve_loop
 from .extrapolation import Sample
@@ -84,6 +84,8 @@ class Master:
         Wall time of all steps, and of it that of `observe` [s].
     notes : list of str
         What the user should know of how the run was done.
+    ended : str
+        Which subsystem ended the simulation and why; "" where none did.
 
     Raises
     ------
@@ -101,11 +103,16 @@ class Master:
         self.rejected = 0
         self.seconds = self.recording_seconds = 0.0
         self.notes: list[str] = []
+        self.ended = ""
         self._forget_loops()
         self._start = self.checkpoint()
-        for component in components:
+        self._require_rollback()
+
+    def _require_rollback(self) -> None:
+        """Raise SubsystemError where a loop is to be iterated and one of its subsystems cannot restore states."""
+        for component in self.components:
             rigid = [node.subsystem.name for node in component.nodes if not node.subsystem.can_rollback]
-            if rigid and component.interface.size and settings.loop_method is not None:
+            if rigid and component.interface.size and self.settings.loop_method is not None:
                 raise SubsystemError(
                     f"{', '.join(rigid)} cannot save and restore state (canGetAndSetFMUstate = false), so the loop "
                     "cannot be iterated; export with it, or ask for explicit coupling with coupling.method = 'none'"
@@ -117,6 +124,7 @@ class Master:
             initialize(component, time, self.settings)
         for node in self.nodes:
             node.subsystem.begin()
+        self._require_rollback()  # begin() may find that states cannot be saved as promised
         self.arrive(time)
 
     def arrive(self, time: float) -> None:
@@ -152,7 +160,8 @@ class Master:
                     node.apply_signals(time, length)
                     node.receive(node.moving_upstream, time, self.settings.forward)
                 if not component.interface.size:
-                    component.nodes[0].step(step, self.settings.forward)
+                    for node in component.nodes:  # several where discrete values alone close a loop
+                        node.step(step, self.settings.forward)
                     continue
                 history = self._histories[component]
                 outcome = solve_loop(component, step, self.settings, history, self._restore)
@@ -162,15 +171,33 @@ class Master:
                 inverse = history.secants.inverse
         except (SubsystemError, StepError) as failure:
             self.rejected += 1
+            termination = isinstance(failure, TerminationRequest)
+            if isinstance(failure, TerminationRequest) and not all(n.subsystem.can_rollback for n in self.nodes):
+                raise self._ended_part_way(step, failure) from failure
             self._go_back(time, length, failure)
             # Discard the secants: they come from diverging iterates.
             self._histories[component] = IterationHistory(component.interface.size)
             if isinstance(failure, StepError):
                 raise
-            raise StepError(str(failure), reached=failure.reached) from failure
+            raise StepError(str(failure), reached=failure.reached, termination=termination) from failure
         for node in self.nodes:
             node.samples = (*node.samples[-2:], node.current)
         return StepLog(end, length, sweeps, residual, error, inverse, None)
+
+    def _ended_part_way(self, step: MacroStep, request: TerminationRequest) -> StepError:
+        """Return the error of a step in which an FMU ended the simulation and that cannot be taken back.
+
+        What one subsystem alone did until then is a step of its own. Several lie at different times by now, so the
+        run ends where the step began.
+        """
+        reached, log = step.time, None
+        [*others, node] = self.nodes
+        if not others and request.reached > step.time:
+            reached = request.reached
+            node.current = node.sample(reached)
+            node.samples = (*node.samples[-2:], node.current)
+            log = StepLog(reached, reached - step.time, 1, 0.0, 0.0, None, self.observe())
+        return StepError(str(request), reached=reached, termination=True, log=log)
 
     def watch(self, name: str, observer: StepObserver | None) -> None:
         """Let an observer follow the steps and restores of the subsystem of that name; None ends it."""

@@ -64,11 +64,14 @@ class Link:
         Indices of the source's outputs.
     targets : Columns
         Indices of the target's inputs.
+    held : bool
+        Whether the values are discrete at either end: held over a step instead of interpolated.
     """
 
     source: Node
     columns: Columns
     targets: Columns
+    held: bool = False
 
 
 @dataclass(eq=False)
@@ -90,6 +93,8 @@ class Node:
         Into this node from nodes before it in the same sweep.
     torn : list of Link
         Into this node, with guessed or extrapolated end values.
+    delayed : list of Link
+        Into this node, discrete values that would close a loop: those of the start of a step hold over it.
     needs_rates : bool
         Whether samples carry time derivatives.
     samples : tuple of Sample
@@ -112,6 +117,7 @@ class Node:
     moving_upstream: list[Link] = field(default_factory=list)
     forward: list[Link] = field(default_factory=list)
     torn: list[Link] = field(default_factory=list)
+    delayed: list[Link] = field(default_factory=list)
     needs_rates: bool = False
     samples: tuple[Sample, ...] = ()
     current: Sample = NOTHING
@@ -124,10 +130,18 @@ class Node:
         return Sample(time, self.subsystem.values(), self.subsystem.rates() if self.needs_rates else None)
 
     def apply_signals(self, time: float, length: float) -> None:
-        """Set inputs that signals vary. A subsystem without input derivatives holds the end value."""
+        """Set inputs that signals vary, and discrete ones from inside a loop.
+
+        A subsystem without input derivatives holds the end value, a discrete input the value at the start.
+        """
+        for link in self.delayed:
+            self.inputs[:, link.targets] = 0.0
+            self.inputs[0, link.targets] = link.source.samples[-1].values[link.columns]
         for column, signal in self.varying:
             c = signal.polynomial(time, length)
-            if not self.subsystem.takes_polynomials:
+            if self.subsystem.inputs[column].discrete:
+                c = (c[0], 0.0, 0.0, 0.0)
+            elif not self.subsystem.takes_polynomials:
                 c = (c[0] + length * (c[1] + length * (c[2] / 2.0 + length * c[3] / 6.0)), 0.0, 0.0, 0.0)
             self.inputs[:, column] = c
 
@@ -135,6 +149,10 @@ class Node:
         """Set inputs whose sources have done the step from `time` [s] already."""
         for link in links:
             source = link.source
+            if link.held:
+                self.inputs[:, link.targets] = 0.0
+                self.inputs[0, link.targets] = source.current.values[link.columns]
+                continue
             self.inputs[:, link.targets] = exchange.fit((*source.samples, source.current), time)[:, link.columns]
 
     def step(self, step: MacroStep, exchange: Extrapolation) -> None:

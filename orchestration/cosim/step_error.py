@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 from ..errors import CouplingError
 
@@ -24,6 +25,10 @@ class StepError(Exception):
         Time that a subsystem reached which asked for a smaller step [s].
     remedy : str
         Advice where the gain suggests none.
+    termination : bool
+        Whether a subsystem asks for the end of the simulation, at the time reached.
+    log : object
+        Log of the part of the step that was done by then and cannot be taken back; None where there is none.
     """
 
     def __init__(
@@ -33,9 +38,12 @@ class StepError(Exception):
         gain: float = math.nan,
         reached: float | None = None,
         remedy: str = "",
+        termination: bool = False,
+        log: Any = None,
     ) -> None:
         super().__init__(cause)
         self.cause, self.residuals, self.gain, self.reached, self.remedy = cause, residuals, gain, reached, remedy
+        self.termination, self.log = termination, log
 
 
 def give_up(time: float, step: float, failure: StepError) -> CouplingError:

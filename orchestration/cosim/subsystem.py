@@ -29,6 +29,9 @@ class Port:
         Value of an input that nothing drives.
     least, most : float
         Allowed range.
+    discrete : bool
+        Whether the value changes at communication points only: it is held over a step, never interpolated, and an
+        iteration does not solve for it.
     """
 
     name: str
@@ -37,6 +40,7 @@ class Port:
     start: float = 0.0
     least: float = -np.inf
     most: float = np.inf
+    discrete: bool = False
 
 
 @runtime_checkable

@@ -48,6 +48,7 @@ def drive(
         Where halving a step does not help.
     """
     time, wish, cap = start, control.step, math.inf
+    termination: float | None = None  # when an FMU that refused a step wants to end [s]
     least = control.step * 0.5**master.settings.halvings
     for segment in segments(start, stop, control.step if control.equidistant else None, breaks, marks):
         remaining = segment.length
@@ -55,9 +56,21 @@ def drive(
             parts = max(1, math.ceil(remaining / min(wish, cap) - TIME_RTOL))
             length = remaining / parts
             step = MacroStep(time, length, segment.end if parts == 1 else time + length)
+            if termination is not None:
+                step = MacroStep(time, termination - time, termination)
             try:
                 result = control.attempt(master, step)
             except StepError as failure:
+                if failure.termination and termination is None and failure.log is None:
+                    # An FMU ends the simulation: the next step goes to that time exactly.
+                    termination = time if failure.reached is None else failure.reached
+                    if termination - time > TIME_RTOL * step.length:
+                        continue
+                if failure.log is not None:
+                    yield failure.log
+                if failure.termination or termination is not None:
+                    master.ended = failure.cause
+                    return
                 cap = _shorter(step, failure.reached, least)
                 if cap < least * (1.0 - TIME_RTOL):
                     raise give_up(time, length, failure) from failure
@@ -67,6 +80,7 @@ def drive(
                 yield from result.steps
                 cap *= 2.0
                 time = step.end
+                termination = None
                 remaining = segment.end - time
                 progress(time)
         if segment.event:

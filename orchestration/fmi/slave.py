@@ -17,6 +17,7 @@ from .instance import Instance
 
 __all__ = ["Slave"]
 
+TIME_RTOL = 1e-9  # share of a step below which two times are the same
 MAX_DEGREE = 3  # of the input polynomials: rows of Slave.set_inputs less one
 
 
@@ -54,6 +55,7 @@ class Slave(Instance):
         self._rate_count = ctypes.c_size_t(rated)
         self._degree = 0  # the highest order of input derivatives sent so far; others the FMU need not know
         self._held: bytes | None = None  # the inputs sent last, where they are constant and the FMU still has them
+        self._ended: dict[int, str] = {}  # number of steps after which the FMU ended the simulation -> what it said
         self._length = None if interface.canHandleVariableCommunicationStepSize else 0.0  # [s] of all steps
 
     def begin(self) -> None:
@@ -136,6 +138,8 @@ class Slave(Instance):
         if self._length is not None:
             self._require_length(length)
         self._log.time = time
+        if self._steps in self._ended:
+            raise TerminationRequest(self._ended[self._steps], time)
         no_state_before = not self._states or min(self._states.values()) >= self._steps
         status = self.library.fmi2DoStep(
             self._component, ctypes.c_double(time), ctypes.c_double(length), int(no_state_before)
@@ -148,8 +152,9 @@ class Slave(Instance):
             return
         what = f"step from t = {time:.6g} s by {length:.3g} s"
         if status == fmi2.fmi2Discard:
-            self._raise_discard(time, length, what)
-        self._check(status, what)
+            self._discarded(time, length, what)
+        else:
+            self._check(status, what)
 
     def _require_length(self, length: float) -> None:
         """Refuse a step of another length, where the FMU takes one length only."""
@@ -161,8 +166,11 @@ class Slave(Instance):
                 "coupling.macro_step that divides the stop time and the times of all jumps"
             )
 
-    def _raise_discard(self, time: float, length: float, what: str) -> None:
-        """Raise the error of a step that came only part of the way, or of an FMU that ends the simulation."""
+    def _discarded(self, time: float, length: float, what: str) -> None:
+        """Raise the error of a step that came only part of the way, or of an FMU that ends the simulation.
+
+        Where it ends at the end of the step, the step is valid, and the next one raises.
+        """
         said = self._log.take()
         last, ended = ctypes.c_double(time), ctypes.c_int(fmi2.fmi2False)
         if self.library.fmi2GetRealStatus(self._component, fmi2.fmi2LastSuccessfulTime, ctypes.byref(last)):
@@ -175,7 +183,13 @@ class Slave(Instance):
         reached = min(max(last.value, time), time + length) if math.isfinite(last.value) else time
         self._log.messages.clear()
         if ended.value:
-            raise TerminationRequest(f"{self.name} ended the simulation at t = {reached:.6g} s: {said}", reached)
+            text = f"{self.name} ended the simulation at t = {reached:.6g} s: {said}"
+            if reached < time + length * (1.0 - TIME_RTOL):
+                raise TerminationRequest(text, reached)
+            self._steps += 1
+            self._ended = {self._steps: text}
+            self._log.time = time + length
+            return
         raise SubsystemError(f"{self.name}: {what}: {said}", reached)
 
     def rates(self) -> np.ndarray:

@@ -1,8 +1,4 @@
-"""Units of variables.
-
-Quantities as people write them ("40 mm", "25 degC") are converted to numbers in a variable's unit by pint; whether two
-variables have the same unit is decided by FMI's rule.
-"""
+"""Quantities as people write them ("40 mm", "25 degC") to numbers in a variable's unit, by pint."""
 
 from __future__ import annotations
 
@@ -11,9 +7,9 @@ from collections.abc import Mapping
 from functools import lru_cache
 from typing import Any
 
-from .variables import BASE_UNITS, Variable
+from .variables import BASE_UNITS
 
-__all__ = ["convert", "same_unit"]
+__all__ = ["convert"]
 
 _QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*", re.DOTALL)
 _POWER = re.compile(r"(?<=[A-Za-z])(-?\d)")  # FMI writes m2 for m^2
@@ -87,17 +83,3 @@ def _in_base_units(number: float, name: str) -> tuple[float, float, dict[str, in
 @lru_cache(maxsize=1024)
 def _parsed(name: str) -> Any:
     return _registry().Unit(_POWER.sub(r"**\1", name).replace(".", "*"))
-
-
-def same_unit(a: Variable, b: Variable) -> bool:
-    """Tell whether values of one variable may be handed to the other as they are.
-
-    Units are the same if base unit exponents, factor and offset are (FMI 2.0.4, 2.2.2; offsets do not count between
-    relative quantities); names decide only where one of them is not defined. A variable without unit takes any.
-    """
-    if not (a.has_unit and b.has_unit):
-        return True
-    if a.dimension is None or b.dimension is None:
-        return a.unit == b.unit
-    offsets = (0.0, 0.0) if a.relative and b.relative else (a.offset, b.offset)
-    return dict(a.dimension) == dict(b.dimension) and a.factor == b.factor and offsets[0] == offsets[1]

@@ -45,7 +45,6 @@ def collect(
     first: Mapping[str, np.ndarray],
     logs: Sequence[StepLog],
     status: str,
-    start: float = 0.0,
     warnings: Iterable[Warned] = (),
 ) -> xr.Dataset:
     """Collect the Dataset of a run.
@@ -62,12 +61,10 @@ def collect(
         Accepted macro steps with the rows at their ends.
     status
         'complete', or why the run ended early.
-    start
-        Start time [s].
     warnings
         What the FMUs warned of; kept as the attribute `warnings` (JSON).
     """
-    times = np.array([start, *(log.time for log in logs)])
+    times = np.array([scene.start_time, *(log.time for log in logs)])
     content: dict[str, Any] = {}  # at once, since a Dataset that grows aligns everything anew with every variable
     for name, variables in recorded.items():
         rows = np.array([first[name], *(log.record[name] for log in logs)])
@@ -165,6 +162,7 @@ def scene_record(scene: Scene, status: str) -> dict[str, Any]:
         "title": scene.title,
         "scene": scene.name,
         "status": status,
+        "start_time_s": scene.start_time,
         "stop_time_s": scene.stop_time,
         "coupling": json.dumps(asdict(scene.coupling)),
         "connections": json.dumps([str(c) for c in scene.connections]),

@@ -144,6 +144,7 @@ def _connect(
         layer.refuse(
             "connections", text, f"{len(outputs)} outputs for {len(inputs)} inputs; connect as many outputs as inputs"
         )
+    _require_equal_indices(members, source, target, text, layer)
     connections = []
     for a, b in zip(outputs, inputs, strict=True):
         if a.type != b.type:
@@ -187,3 +188,19 @@ def _variables(
     elements = {element for base in vectors for element in archive.vectors[base]}
     names = [*vectors, *(name for name in known if name not in elements)]
     layer.refuse("connections", text, f"{'.'.join(end)!r} is not an {causality}; {similar(key, names)}")
+
+
+def _require_equal_indices(
+    members: Mapping[str, Member], source: tuple[str, str], target: tuple[str, str], text: str, layer: Layer
+) -> None:
+    """Refuse two vectors whose elements do not correspond: by index, or in an array without gaps by position."""
+    ends = [members[name].archive.arrays.get(key) for name, key in (source, target)]
+    if any(key in members[name].archive.variables for name, key in (source, target)) or None in ends:
+        return
+    a, b = (vector for vector in ends if vector is not None)
+    if a.indices != b.indices and not (a.complete and b.complete and a.shape == b.shape):
+        layer.refuse(
+            "connections",
+            text,
+            f"the indices of {'.'.join(source)!r} and {'.'.join(target)!r} differ; connect the elements one by one",
+        )

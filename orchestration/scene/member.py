@@ -19,13 +19,15 @@ class Member:
     """An FMU of a scene: its parameters, and the signals that drive its inputs.
 
     frozen: a co-simulation takes no step of it, so that its outputs stay as they are at the start
-    (cosim/frozen_subsystem.py); not a key of scenes, but set where model selection finds that it changes nothing."""
+    (cosim/frozen_subsystem.py); not a key of scenes, but set where model selection finds that it changes nothing.
+    recorded: names of variables that a result shows beside inputs and outputs."""
 
     name: str
     archive: Archive
     parameters: Mapping[str, Value]
     signals: Mapping[str, Signal]
     frozen: bool = False
+    recorded: frozenset[str] = frozenset()
 
     def value(self, parameter: str) -> Value | None:
         """Value of a parameter, set or start; None where there is no such parameter."""
@@ -44,7 +46,7 @@ class Member:
 
     def choice(self, parameter: str) -> str:
         """Name of the item that an enumeration has."""
-        return self.archive.variables[parameter].items[int(self.real(parameter)) - 1]
+        return self.archive.variables[parameter].item_name(self.real(parameter))
 
 
 def settable(archive: Archive) -> list[str]:

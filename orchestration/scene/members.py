@@ -7,6 +7,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from ..cosim.signals import Signal
 from ..fmi.archive import Archive, Variable, find_fmu, similar
 from . import validation
@@ -15,7 +17,7 @@ from .manipulator import DEFAULT_FMUS
 from .member import Member, Value, settable
 from .validation import SIGNAL_TYPES, Layer, flat
 
-__all__ = ["read_members"]
+__all__ = ["read_members", "recording"]
 
 
 def read_members(
@@ -99,6 +101,36 @@ def _member(name: str, archive: Archive, layers: Sequence[Layer]) -> Member:
     return Member(name, archive, parameters, signals)
 
 
+def recording(members: tuple[Member, ...], given: tuple[Any, Layer] | None) -> tuple[Member, ...]:
+    """Return the members with the variables that the key `record` names. Raises SceneError."""
+    if given is None:
+        return members
+    names, layer = given
+    if not isinstance(names, list):
+        layer.refuse("record", names, "wrong type; give a list of 'fmu.variable'")
+    recorded: dict[str, set[str]] = {member.name: set() for member in members}
+    known: dict[str, tuple[str, tuple[str, ...]]] = {}
+    for member in members:
+        known |= {f"{member.name}.{base}": (member.name, v) for base, v in member.archive.vectors.items()}
+        known |= {f"{member.name}.{name}": (member.name, (name,)) for name in member.archive.variables}
+    for name in names:
+        if name not in known:
+            layer.refuse("record", name, f"no such variable; {similar(str(name), list(known))}")
+        member, variables = known[name]
+        recorded[member].update(variables)
+    return tuple(replace(member, recorded=frozenset(recorded[member.name])) for member in members)
+
+
+def _flattened(layer: Layer, key: str, raw: Any, shape: tuple[int, ...]) -> list[Any]:
+    """Return the elements of nested lists, the last index fastest. Raises SceneError where their shape is another."""
+    try:
+        array = np.empty(shape, dtype=object)
+        array[...] = raw
+    except ValueError:
+        layer.refuse(key, raw, f"another shape; give lists of {' lists of '.join(map(str, shape))} elements")
+    return list(array.flat)
+
+
 def _not_settable(variable: Variable) -> str:
     return f"is {variable.causality}; only parameters and inputs can be set"
 
@@ -114,6 +146,13 @@ def _elements(layer: Layer, member: str, key: str, raw: Any, archive: Archive) -
         )
     if not isinstance(raw, list):
         return [(element, raw) for element in elements]
+    vector = archive.arrays[key]
+    if not vector.complete:
+        layer.refuse(
+            f"{member}.{key}", raw, f"its indices have gaps: {', '.join(elements[:4])}, ...; set these one by one"
+        )
+    if any(isinstance(row, list) for row in raw):
+        raw = _flattened(layer, f"{member}.{key}", raw, vector.shape)
     if len(raw) != len(elements):
         layer.refuse(
             f"{member}.{key}", raw, f"{len(raw)} values for {len(elements)} elements of {key}; give {len(elements)}"

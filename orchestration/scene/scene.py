@@ -14,7 +14,7 @@ from typing import Any
 
 from ..cosim.settings import Coupling
 from ..cosim.topology import Connection
-from ..fmi.archive import Archive
+from ..fmi.archive import Archive, Variable
 from . import ssp_reader, validation
 from .accuracy_request import AccuracyRequest
 from .accuracy_request import read as read_accuracy_request
@@ -22,7 +22,7 @@ from .connections import wired
 from .geometry import SHARED_TABLES, check_shared
 from .layers import find, load, merged, overriding
 from .member import Member
-from .members import read_members
+from .members import read_members, recording
 from .schema import settings
 from .summary import Summary
 from .validation import Layer
@@ -43,6 +43,8 @@ class Scene:
     accuracy: AccuracyRequest
     sources: tuple[tuple[str, str], ...]  # origin and text of every layer, for the record
     overrides: tuple[str, ...] = ()  # keys that differ from the scene's file
+    start_time: float = 0.0  # [s]
+    tolerance: float | None = None  # relative, handed to every FMU; None: each has its own
 
     def __repr__(self) -> str:
         return self._summary().text()
@@ -65,6 +67,9 @@ class Scene:
 KEYS = {
     "title": "one line of text",
     "stop_time": "[s], such as '30 s'; the one key that must be there",
+    "start_time": "[s], handed to every FMU; default: 0",
+    "tolerance": "relative tolerance handed to every FMU; default: each FMU's own",
+    "record": "list of 'fmu.variable' that the result shows beside inputs and outputs",
     "parameters": "name of a parameter set, or a file, or with ssp one in the archive; default: fig3, or what is bound",
     "ssp": "file of an SSP archive, whose FMUs, wiring, values and stop time hold where the scene says nothing else",
     "connections": "list of 'fmu.output -> fmu.input' or {from, to, factor, offset}; default: thermal and rod wired",
@@ -110,19 +115,21 @@ def read(
         layers.append(overriding(overrides, origin))
     layers.insert(0, _base(merged(layers), first, folder, archive))
     top = merged(layers)
-    members = read_members(top, layers, _TOP, folder, archive)
+    members = recording(read_members(top, layers, _TOP, folder, archive), top.get("record"))
     connections = wired({m.name: m for m in members}, top.get("connections"))
     check_shared(members, connections)
     return Scene(
         name=name,
         title=_title(top, name),
-        stop_time=_stop_time(top, layers[1]),
+        stop_time=(stop_time := _stop_time(top, layers[1])),
         members=members,
         connections=connections,
         coupling=_coupling(layers),
         accuracy=read_accuracy_request(layers, {m.name: m.archive for m in members}),
         sources=tuple((layer.origin, layer.text) for layer in layers),
         overrides=tuple(layers[-1].text.splitlines()) if overrides else (),
+        start_time=_start_time(top, stop_time),
+        tolerance=_tolerance(top),
     )
 
 
@@ -152,6 +159,26 @@ def _stop_time(top: Mapping[str, tuple[Any, Layer]], first: Layer) -> float:
     if stop_time <= 0.0:
         layer.refuse("stop_time", raw, "out of range; a stop time is positive")
     return stop_time
+
+
+def _start_time(top: Mapping[str, tuple[Any, Layer]], stop_time: float) -> float:
+    if "start_time" not in top:
+        return 0.0
+    raw, layer = top["start_time"]
+    start_time = validation.number(layer, "start_time", raw, validation.TIME)
+    if not start_time < stop_time:
+        layer.refuse("start_time", raw, f"not before the stop time, {stop_time:g} s; give an earlier one")
+    return start_time
+
+
+def _tolerance(top: Mapping[str, tuple[Any, Layer]]) -> float | None:
+    if "tolerance" not in top:
+        return None
+    raw, layer = top["tolerance"]
+    return validation.number(layer, "tolerance", raw, _TOLERANCE)
+
+
+_TOLERANCE = Variable("tolerance", 0, "Real", "local", "fixed", "", "1", {}, least=1e-16, most=1.0)
 
 
 def _base(
