@@ -116,8 +116,8 @@ def recording(members: tuple[Member, ...], given: tuple[Any, Layer] | None) -> t
     for name in names:
         if name not in known:
             layer.refuse("record", name, f"no such variable; {similar(str(name), list(known))}")
-        member, variables = known[name]
-        recorded[member].update(variables)
+        owner, variables = known[name]
+        recorded[owner].update(variables)
     return tuple(replace(member, recorded=frozenset(recorded[member.name])) for member in members)
 
 
