@@ -162,6 +162,15 @@ def test_links_lead_somewhere(page: Path) -> None:
             assert anchor in anchors(linked), f"{name_of(page)} links to {target}"
 
 
+SOURCE = re.compile(r"`((?:orchestration|rod_fmu|thermal_fmu|fmus|tests|docs)/[^`\s*]*)`")
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name_of)
+def test_files_that_a_page_names_exist(page: Path) -> None:
+    missing = [path for path in SOURCE.findall(prose(page)) if not (ROOT / path).exists()]
+    assert not missing, f"{name_of(page)} names {', '.join(missing)}"
+
+
 # -- the site
 
 

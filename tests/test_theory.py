@@ -59,11 +59,3 @@ def test_page_and_code_cite_the_equation(numbers: set[int], link: str, paths: li
 def test_no_equation_is_cited_that_the_paper_does_not_have() -> None:
     for folder in ("fmus", "rod_fmu", "thermal_fmu", "orchestration", "docs"):
         assert cited_in(ROOT / folder) <= set(EQUATIONS), folder
-
-
-def test_files_that_the_theory_names_exist() -> None:
-    for page in THEORY.glob("*.md"):
-        for path in re.findall(
-            r"`((?:tests|orchestration|rod_fmu|thermal_fmu)/[^`]*)`", page.read_text(encoding="utf-8")
-        ):
-            assert (ROOT / path).exists(), f"{page.name} names {path}"
