@@ -28,7 +28,7 @@ from .fmi.model_exchange import ModelExchangeInstance
 from .fmi.slave import Slave
 from .scene import Member, Scene
 
-__all__ = ["OpenSimulation", "open_simulation", "recorded_variables", "run", "run_to_end"]
+__all__ = ["OpenSimulation", "load_member", "open_simulation", "recorded_variables", "run", "run_to_end"]
 
 LONGEST = 100.0  # longest step of a control that adapts it, in macro steps: beyond, a run shows too few points
 
@@ -161,6 +161,11 @@ def _instance(scene: Scene, member: Member) -> Slave | ModelExchangeInstance:
         stop=scene.stop_time,
         tolerance=scene.tolerance,
     )
+
+
+def load_member(scene: Scene, member: Member) -> Recorder:
+    """Load one member of a scene alone, not initialised; close it. Raises SubsystemError."""
+    return _slave(scene, member)
 
 
 def recorded_variables(member: Member) -> list[Variable]:

@@ -25,6 +25,7 @@ from . import (
     stability,
     sweep,
     timing,
+    verify,
 )
 from .console import reported
 
@@ -54,6 +55,7 @@ _COMMANDS: dict[str, Callable[..., None]] = {
     "chart": chart.command,
     "halving": halving.command,
     "peers": peers.command,
+    "verify": verify.command,
 }
 for name, command in _COMMANDS.items():
     app.command(name)(command)

@@ -28,7 +28,9 @@ from .system import Interval, System, assembled
 __all__ = ["Point", "integrate", "monolith_result", "solve_monolith", "trajectory"]
 
 _MOST_STEPS = 1_000_000  # of the integrator, between two outputs: a bound on the time of a stiff or wild system
-_MOST_EVENTS = 10_000  # between two outputs, above which events accumulate (Zeno)
+_MOST_EVENTS = 10_000  # between two outputs, above which events are taken to accumulate (Zeno)
+_CLOSE = 1e-7  # share of the time between two outputs: events that follow each other faster are close
+_MOST_CLOSE = 5  # close events in a row, after which events are taken to accumulate
 _SAME = 1e-9  # share of a step below which two times are the same
 
 
@@ -148,6 +150,7 @@ class _Integration:
 
     def advance(self, before: float, time: float) -> tuple[np.ndarray, str]:
         """Go on to `time` [s]; the states (n,) there or where a part wishes to end, and the name of that part."""
+        last, close = -math.inf, 0
         for _ in range(_MOST_EVENTS):
             target = min(time, max(self._system.next_event, self.time))
             event = self._integrate(target)
@@ -155,6 +158,10 @@ class _Integration:
                 return self._states, self._ending
             due = self._system.next_event <= self.time
             if event or due:
+                close = close + 1 if self.time - last < _CLOSE * (time - before) else 0
+                last = self.time
+                if close >= _MOST_CLOSE:
+                    break
                 self._states, self._ending = self._system.handle_event(self.time, self._states, self._interval)
                 if self._ending:
                     return self._states, self._ending
@@ -162,8 +169,8 @@ class _Integration:
             if self.time >= time:
                 return self._states, ""
         raise SubsystemError(
-            f"monolith: {_MOST_EVENTS} events between t = {before:.6g} s and {time:.6g} s, the last at "
-            f"{self.time:.9g} s: they accumulate; end the run before, or model what happens there without bounces"
+            f"monolith: events of {', '.join(self._system.parts)} accumulate at t = {self.time:.9g} s; end the run "
+            "before, or model what happens there without ever shorter bounces"
         )
 
     def _start(self, time: float) -> None:

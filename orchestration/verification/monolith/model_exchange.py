@@ -62,6 +62,8 @@ class ModelExchangePart(Instance):
             )
             for unknown in description.outputs
         }
+        # A state depends on nothing at once, also where the description is silent.
+        self._direct |= {name: frozenset() for name in self.state_names}
 
     def direct_inputs(self, output: str) -> frozenset[str]:
         """Names of the inputs that act on an output at once; all where the description does not say."""

@@ -1,0 +1,108 @@
+"""Power bonds of a system and the energy that the coupling adds to them or takes from them.
+
+Two members share a power bond where each gives the other one quantity and the product of both is a power: V and A, N
+and m/s, K and W/K. Over a macro step, the power that one side gives, from its output and the input that it used, and
+the power that the other side takes differ by what the coupling itself adds."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...cosim.topology import Connection
+from ...fmi.variables import Variable
+from ...scene import Scene
+from ...simulation import recorded_variables
+from .runs import CoupledRun
+
+__all__ = ["PowerBond", "find_bonds", "power_bonds"]
+
+_WATT = {"kg": 1, "m": 2, "s": -3}
+
+
+@dataclass(frozen=True)
+class PowerBond:
+    """A power bond and its balance.
+
+    Parameters
+    ----------
+    forward, backward : Connection
+        The two connections.
+    shares : tuple of float
+        Energy that the coupling adds or takes over that which the bond carries, for each run.
+    closed : bool
+        Whether the share is small or shrinks with the macro step.
+    text : str
+        The balance in words.
+    """
+
+    forward: Connection
+    backward: Connection
+    shares: tuple[float, ...]
+    closed: bool
+    text: str
+
+
+def find_bonds(scene: Scene) -> list[tuple[Connection, Connection]]:
+    """The pairs of connections whose units make them a power bond; each connection in one pair at most."""
+    pairs, used = [], set()
+    for forward, backward in itertools.combinations(scene.connections, 2):
+        opposite = (forward.source[0], forward.target[0]) == (backward.target[0], backward.source[0])
+        if not opposite or forward.source[0] == forward.target[0] or {forward, backward} & used:
+            continue
+        same_element = _index(forward) == _index(backward)
+        units = [_variable(scene, *connection.source).dimension for connection in (forward, backward)]
+        if same_element and None not in units and _product(*units) == _WATT:  # type: ignore[arg-type]
+            pairs.append((forward, backward))
+            used |= {forward, backward}
+    return pairs
+
+
+def power_bonds(scene: Scene, runs: Sequence[CoupledRun], tolerance: float) -> list[PowerBond]:
+    """The power bonds of a scene with their balance in each complete run, the coarsest first."""
+    bonds = []
+    for forward, backward in find_bonds(scene):
+        shares = tuple(_share(scene, run, forward, backward) for run in runs if run.complete)
+        shrinking = len(shares) > 1 and shares[-1] <= 0.8 * shares[0]
+        closed = not shares or shares[-1] <= tolerance or shrinking
+        listed = ", ".join(f"{100.0 * share:.2g} %" for share in shares) or "unknown"
+        text = f"the coupling adds or takes {listed} of the energy carried (H, H/2, H/4)"
+        if not closed:
+            text += ": it does not vanish with the step, so both sides do not mean the same quantities"
+        bonds.append(PowerBond(forward, backward, shares, closed, text))
+    return bonds
+
+
+def _share(scene: Scene, run: CoupledRun, forward: Connection, backward: Connection) -> float:
+    """The sum of |P_given - P_taken| over that of |P_given|, both in W."""
+    given = _course(scene, run, *forward.source) * _course(scene, run, *backward.target)
+    taken = _course(scene, run, *forward.target) * _course(scene, run, *backward.source)
+    lengths = np.diff(run.times)
+    total = float(np.sum(np.abs(given[1:]) * lengths))
+    off = float(np.sum(np.abs(given[1:] - taken[1:]) * lengths))
+    return off / total if total > 0.0 else 0.0 if off == 0.0 else np.inf
+
+
+def _course(scene: Scene, run: CoupledRun, member: str, variable: str) -> np.ndarray:
+    """Course (n,) of a variable in SI units."""
+    names = [v.name for v in recorded_variables(scene.member(member))]
+    declared = _variable(scene, member, variable)
+    return declared.factor * run.records[member][:, names.index(variable)] + declared.offset
+
+
+def _variable(scene: Scene, member: str, name: str) -> Variable:
+    return scene.member(member).archive.variables[name]
+
+
+def _product(a: dict[str, int], b: dict[str, int]) -> dict[str, int]:
+    exponents = {unit: a.get(unit, 0) + b.get(unit, 0) for unit in {*a, *b} if unit != "rad"}
+    return {unit: power for unit, power in exponents.items() if power}
+
+
+def _index(connection: Connection) -> str:
+    """The index of the source's name, such as [2]; connections of one index belong together."""
+    name = connection.source[1]
+    return name[name.rindex("[") :] if name.endswith("]") else ""
