@@ -165,7 +165,7 @@ def _instance(scene: Scene, member: Member) -> Slave | ModelExchangeInstance:
 
 def load_member(scene: Scene, member: Member) -> Recorder:
     """Load one member of a scene alone, not initialised; close it. Raises SubsystemError."""
-    return _slave(scene, member)
+    return _instance(scene, member)
 
 
 def recorded_variables(member: Member) -> list[Variable]:

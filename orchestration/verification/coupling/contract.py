@@ -133,7 +133,7 @@ def _course(scene: Scene, member: Member, run: CoupledRun, ports: list[tuple[str
     count = min(_SEGMENTS, max(1, run.times.size - 1))
     step = run.step if run.times.size < 2 else float(np.diff(run.times).max())
     # Steps of one length, since some FMUs take no other; inputs as they were in the run at about these times.
-    times = step * np.arange(count + 1)
+    times = scene.start_time + step * np.arange(count + 1)
     columns = []
     for name, start in ports:
         if rows is None or not len(rows) or name not in names:

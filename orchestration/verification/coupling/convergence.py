@@ -89,7 +89,9 @@ def scale_of(values: np.ndarray) -> tuple[float, bool]:
     return (span, True) if span > _CONSTANT * size else (size or 1.0, False)
 
 
-def assess_signal(name: str, unit: str, courses: Sequence[np.ndarray], step: float, tolerance: float) -> SignalVerdict:
+def assess_signal(
+    name: str, unit: str, courses: Sequence[np.ndarray], step: float, tolerance: float, discrete: bool = False
+) -> SignalVerdict:
     """Judge one output.
 
     Parameters
@@ -102,6 +104,8 @@ def assess_signal(name: str, unit: str, courses: Sequence[np.ndarray], step: flo
         H [s].
     tolerance : float
         Error allowed, share of the range.
+    discrete : bool
+        Whether the values are numbers of states, such as enumerations: differences are shares of the times then.
 
     Returns
     -------
@@ -125,7 +129,7 @@ def assess_signal(name: str, unit: str, courses: Sequence[np.ndarray], step: flo
     if len(courses) < 2:
         return verdict("unknown", "only one of the three runs reached its end, so that no error can be estimated")
     with np.errstate(over="ignore", invalid="ignore"):
-        gaps = [_rms(a - b) / scale for a, b in itertools.pairwise(courses)]
+        gaps = [float(np.mean(a != b)) if discrete else _rms(a - b) / scale for a, b in itertools.pairwise(courses)]
     if not moves and all(gap <= _CONSTANT for gap in gaps):
         return verdict("constant", KINDS["constant"], 0.0, 0.0)
     if len(gaps) < 2:

@@ -48,7 +48,7 @@ class PowerBond:
 
 def find_bonds(scene: Scene) -> list[tuple[Connection, Connection]]:
     """The pairs of connections whose units make them a power bond; each connection in one pair at most."""
-    pairs, used = [], set()
+    pairs, used = [], set[Connection]()
     for forward, backward in itertools.combinations(scene.connections, 2):
         opposite = (forward.source[0], forward.target[0]) == (backward.target[0], backward.source[0])
         if not opposite or forward.source[0] == forward.target[0] or {forward, backward} & used:

@@ -76,7 +76,7 @@ def run_with_step(scene: Scene, step: float, progress: Callable[[float], None] =
         failure, coupling_failed = f"numbers out of range: {error}", True
     names = rows[0] if rows else {}
     records = {name: np.array([row[name] for row in rows]) for name in names}
-    times = np.array([0.0, *(log.time for log in logs)])[: len(rows)]
+    times = np.array([scene.start_time, *(log.time for log in logs)])[: len(rows)]
     gains += [float(spectral_radius(log.inverse)) for log in logs if log.inverse is not None]
     gain = max((gain for gain in gains if math.isfinite(gain)), default=math.nan)
     if not logs:

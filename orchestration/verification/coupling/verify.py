@@ -129,10 +129,10 @@ def verify(scene: Scene, tolerance: float = 0.01, status: Callable[[str], None] 
     return Verification(scene, tolerance, tuple(runs), checks, loops, signals, bonds, monolith, verdict, tuple(reasons))
 
 
-def _outputs(scene: Scene) -> list[tuple[Member, int, str, str]]:
-    """Member, column, name and unit of every recorded output."""
+def _outputs(scene: Scene) -> list[tuple[Member, int, str, str, bool]]:
+    """Member, column, name and unit of every recorded output, and whether it is no continuous Real."""
     return [
-        (member, k, f"{member.name}.{v.name}", v.unit)
+        (member, k, f"{member.name}.{v.name}", v.unit, v.type != "Real")
         for member in scene.members
         for k, v in enumerate(recorded_variables(member))
         if v.causality == "output"
@@ -151,8 +151,9 @@ def _signals(scene: Scene, runs: list[CoupledRun], tolerance: float) -> tuple[Si
             [run.records[member.name][row, k] for run, row in zip(complete, rows, strict=True)],
             scene.coupling.macro_step,
             tolerance,
+            discrete,
         )
-        for member, k, name, unit in _outputs(scene)
+        for member, k, name, unit, discrete in _outputs(scene)
     )
 
 
@@ -181,8 +182,8 @@ def _compare_with_monolith(
     )
     rows = common_rows([fine, other])
     differences, wrong = {}, []
-    for (member, k, name, _), signal in zip(_outputs(scene), signals, strict=False):
-        if signal.kind in ("count", "unknown"):
+    for (member, k, name, _, discrete), signal in zip(_outputs(scene), signals, strict=False):
+        if discrete or signal.kind in ("count", "unknown"):
             continue
         gap = fine.records[member.name][rows[0], k] - other.records[member.name][rows[1], k]
         share = float(np.sqrt(np.mean(np.square(gap)))) / signal.scale

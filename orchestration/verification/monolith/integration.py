@@ -49,7 +49,7 @@ def solve_monolith(
     tolerance : float
         Relative, and absolute as a share of the states' nominals.
     times : ndarray (n,), optional
-        Times of the output [s], from 0; by default the macro steps of a fixed control.
+        Times of the output [s], from the start on; by default the macro steps of a fixed control.
     progress : callable
         Called with the time [s] of every output.
 
@@ -241,9 +241,10 @@ class _Integration:
 
 def _grids(scene: Scene, times: np.ndarray | None) -> list[np.ndarray]:
     """Output times between the breaks of the signals; both ends of an interval are in it."""
+    start = scene.start_time if times is None else float(times[0])
     stop = scene.stop_time if times is None else float(times[-1])
-    breaks = {t for m in scene.members for signal in m.signals.values() for t in signal.breaks if 0.0 < t < stop}
-    ends = sorted({0.0, *breaks, stop})
+    breaks = {t for m in scene.members for signal in m.signals.values() for t in signal.breaks if start < t < stop}
+    ends = sorted({start, *breaks, stop})
     if times is None:
         step = scene.coupling.macro_step
         counts = [max(1, math.ceil((b - a) / step - _SAME)) for a, b in pairwise(ends)]

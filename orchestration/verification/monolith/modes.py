@@ -101,7 +101,8 @@ def natural_modes(scene: Scene, time: float = 0.0, tolerance: float = 1e-9) -> M
     scene = closed_inside(scene)
     with contextlib.ExitStack() as stack:
         system = stack.enter_context(assembled(scene))
-        grid = np.array([0.0, time or 1.0])
+        begin = scene.start_time
+        grid = np.array([begin, time if time > begin else begin + 1.0])
         # Brings the system to the time and leaves it there.
         at = next((point for point in trajectory(scene, system, tolerance, grid) if point.time >= time), None)
         if at is None:
