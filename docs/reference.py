@@ -17,7 +17,7 @@ from tca_cosim import scene
 from tca_cosim.cli import app
 from tca_cosim.cosim import signals
 from tca_cosim.fmi.archive import Archive, Variable, find_fmu
-from tca_cosim.scene import validation
+from tca_cosim.scene import columns, validation
 from tca_cosim.scene.schema import declared
 from tca_cosim.studies import sweep
 
@@ -106,6 +106,10 @@ def _settings(kind: type) -> str:
 def _signals() -> str:
     rows = []
     for name in validation.SIGNALS:
+        if name == "table":
+            course = "values of a column of a CSV file, joined by straight lines or held"
+            rows.append((f"`{name}`", ", ".join(columns.ENTRIES), course))
+            continue
         described = getattr(signals, name, None) or getattr(signals, name.capitalize())
         entries = [
             entry if default is None else f"{entry} ({default:g})"

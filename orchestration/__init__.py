@@ -9,22 +9,26 @@ Flow: scene -> master -> subsystems -> results -> charts; nothing later in it is
 """
 
 from .api import Overrides, read, run
-from .errors import CosimError, CouplingError, SceneError, SceneWarning, SubsystemError
-from .results import write
+from .errors import CosimError, CouplingError, FmuWarning, Interrupted, SceneError, SceneWarning, SubsystemError
+from .results import versions, write
 from .scene import Coupling, Scene, titles
 from .visualization.accessor import GifImage, ResultAccessor
 
+__version__ = versions()["tca-cosim"]
 __all__ = [
     "CosimError",
     "Coupling",
     "CouplingError",
+    "FmuWarning",
     "GifImage",
+    "Interrupted",
     "Overrides",
     "ResultAccessor",
     "Scene",
     "SceneError",
     "SceneWarning",
     "SubsystemError",
+    "__version__",
     "read",
     "run",
     "titles",

@@ -1,15 +1,16 @@
-"""Scenes read and run from Python, as briefly as from the command line."""
+"""Scenes read and run from Python."""
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import xarray as xr
 
 from . import scene as scenes
+from .cosim.signals import Constant, Ramps, Signal
 from .errors import SceneError
 from .scene import Scene
 from .studies.model_selection import run_selected
@@ -17,64 +18,120 @@ from .studies.model_selection import run_selected
 __all__ = ["Overrides", "read", "run"]
 
 Overrides = Sequence[str] | Mapping[str, Any]
+Source = Scene | str | Path | Mapping[str, Any]
+_ORIGIN = "overrides"  # word of messages for what a caller sets
 
 
-def read(source: str | Path, overrides: Overrides = ()) -> Scene:
-    """A scene, checked against its FMUs and ready to run.
+def read(source: Source, overrides: Overrides = ()) -> Scene:
+    """Read a scene, checked against its FMUs and ready to run.
 
-    source: the name of one that comes with the package (titles()), or a .toml or .ssp file.
-    overrides: what is set otherwise than there, as {"thermal.V": [0, "2 V", 3], "rod.order": 2} or ["rod.order=2"];
-    numbers are in the variable's own unit, texts carry one.
+    Parameters
+    ----------
+    source
+        Name of a scene of the package (titles()), a .toml or .ssp file, a table as a file holds one, or a scene that
+        is read already.
+    overrides
+        Values that win over the scene, as {"thermal.V": [0, "2 V", 3], "rod.order": 2} or ["rod.order=2"]. Numbers are
+        in the variable's own unit, texts carry one. An input may be a function of time [s], an array whose first
+        column is the time, or a pandas Series or DataFrame over time: values are joined by straight lines, those of a
+        function between macro steps.
 
-    Raises SceneError, which names file, key, value and remedy."""
-    return scenes.read(source, _lines(overrides))
-
-
-def run(
-    scene: Scene | str | Path,
-    overrides: Overrides = (),
-    progress: Callable[[float], None] = lambda time: None,
-) -> xr.Dataset:
-    """Runs a scene to its stop time.
-
-    scene, overrides: as read() takes them; a scene that is read already takes no overrides any more.
-    progress: called with the time reached [s] after every macro step.
-
-    Returns a Dataset over time [s]: one variable for each of the FMUs' Real inputs and outputs, named member.variable,
-    such as thermal.T (time, index3) [K] or rod.shape.p (time, index21, index3) [m]; the master's log as coupling.step,
-    sweeps, residual, error, gain; attributes units and long_name on each; settings, scene and versions in attrs. Its
-    `.tca` plots, animates and reports it (accessor.py).
-
-    Raises SceneError; SubsystemError where an FMU refuses a value or a step; CouplingError where the loop cannot be
-    closed. What had been computed by then is the error's `partial`."""
-    if not isinstance(scene, Scene):
-        scene = read(scene, overrides)
-    elif overrides:
-        raise SceneError(
-            f"overrides {list(_lines(overrides))}: the scene {scene.name!r} has been read; give them to read(), or run "
-            "the scene by its name"
-        )
-    return run_selected(scene, progress)
-
-
-def _lines(overrides: Overrides) -> Sequence[str]:
-    """As on the command line: key=value, the value in TOML."""
+    Raises
+    ------
+    SceneError
+        The message names file, key, value and remedy.
+    """
     if isinstance(overrides, str):
         raise SceneError(f"overrides {overrides!r}: one text; give a list, [{overrides!r}], or a table {{key: value}}")
     if not isinstance(overrides, Mapping):
-        return overrides
-    return [f"{key}={_toml(key, value)}" for key, value in overrides.items()]
+        return _applied(source, list(overrides))
+    plain = {key: _plain(key, value) for key, value in overrides.items() if not callable(value)}
+    functions = {key: value for key, value in overrides.items() if callable(value)}
+    scene = _applied(source, plain)
+    if functions:
+        times = np.append(np.arange(0.0, scene.stop_time, scene.coupling.macro_step), scene.stop_time)
+        sampled = {key: _sampled(key, function, times) for key, function in functions.items()}
+        scene = scenes.changed(scene, sampled, origin=_ORIGIN)
+    return scene
 
 
-def _toml(key: str, value: Any) -> str:
-    if hasattr(value, "tolist"):  # numpy's
-        value = value.tolist()
-    if isinstance(value, str | bool):
-        return json.dumps(value)
-    if isinstance(value, int | float):
-        return repr(value)
+def run(
+    scene: Source,
+    overrides: Overrides = (),
+    progress: Callable[[float], None] = lambda time: None,
+) -> xr.Dataset:
+    """Run a scene to its stop time.
+
+    Parameters
+    ----------
+    scene, overrides
+        As read() takes them.
+    progress
+        Called with the time reached [s] after every macro step.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over time [s]: one variable for each input and output of the FMUs, named member.variable, such as thermal.T
+        (time, index3) [K] or rod.shape.p (time, index21, index3) [m]; the master's log as coupling.step, sweeps,
+        residual, error, gain; attributes units and long_name on each; settings, scene, versions and warnings in attrs.
+        Its accessor `.tca` plots, animates and reports it.
+
+    Raises
+    ------
+    SceneError
+        The scene cannot be run as written.
+    SubsystemError
+        An FMU refuses a value or a step.
+    CouplingError
+        The loop cannot be closed. The result until then is the error's `partial`.
+    """
+    return run_selected(read(scene, overrides), progress)
+
+
+def _applied(source: Source, overrides: Overrides) -> Scene:
+    if isinstance(source, Scene):
+        return scenes.changed(source, overrides, origin=_ORIGIN) if overrides else source
+    return scenes.read(source, overrides, origin=_ORIGIN)
+
+
+def _plain(key: str, value: Any) -> Any:
+    """A value as TOML would give it; courses over time as signals."""
+    if isinstance(value, (str, bool, int, float)):
+        return value
+    if isinstance(value, (Constant, Ramps)) or hasattr(value, "polynomial"):
+        return value
+    if hasattr(value, "index") and hasattr(value, "to_numpy"):  # a pandas Series or DataFrame
+        columns = np.asarray(value.to_numpy(), dtype=float).reshape(len(value), -1)
+        return _courses(key, np.asarray(value.index, dtype=float), columns)
+    if isinstance(value, np.ndarray) and value.ndim == 2:
+        return _courses(key, value[:, 0].astype(float), value[:, 1:].astype(float))
+    if isinstance(value, (np.ndarray, np.generic)):
+        return _plain(key, value.tolist())
     if isinstance(value, Mapping):
-        return "{" + ", ".join(f"{json.dumps(name)} = {_toml(key, item)}" for name, item in value.items()) + "}"
+        return {str(name): _plain(key, item) for name, item in value.items()}
     if isinstance(value, Sequence):
-        return "[" + ", ".join(_toml(key, item) for item in value) + "]"
-    raise SceneError(f"overrides: {key} = {value!r}: {type(value).__name__} is no number, text, list or table")
+        return [_plain(key, item) for item in value]
+    raise SceneError(
+        f"overrides: {key} = {value!r}: {type(value).__name__} is not a number, text, list, table, array, DataFrame or "
+        "function of time"
+    )
+
+
+def _sampled(key: str, function: Callable[[float], Any], times: np.ndarray) -> Any:
+    """A function of time as straight lines between its values at `times`."""
+    try:
+        values = np.array([np.asarray(function(float(time)), dtype=float).reshape(-1) for time in times])
+    except (TypeError, ValueError) as error:
+        raise SceneError(f"overrides: {key}: the function does not return numbers, always as many: {error}") from error
+    return _courses(key, times, values)
+
+
+def _courses(key: str, times: np.ndarray, columns: np.ndarray) -> Any:
+    """Straight lines through the columns (time, n): a signal for one, a list of signals for several."""
+    if times.size == 0 or columns.shape[1] == 0:
+        raise SceneError(f"overrides: {key}: no values; give a column of times and one of values at least")
+    if not (np.isfinite(times).all() and np.isfinite(columns).all() and (np.diff(times) > 0.0).all()):
+        raise SceneError(f"overrides: {key}: times must increase, and all numbers be finite; sort and clean them")
+    signals: list[Signal] = [Ramps(tuple(times.tolist()), tuple(column.tolist())) for column in columns.T]
+    return signals[0] if len(signals) == 1 else signals

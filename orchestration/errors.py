@@ -10,6 +10,7 @@ __all__ = [
     "CosimError",
     "CouplingError",
     "FmuWarning",
+    "Interrupted",
     "SceneError",
     "SceneWarning",
     "SubsystemError",
@@ -25,6 +26,14 @@ class CosimError(Exception):
 
 class FmuWarning(UserWarning):
     """What an FMU warned of in a run."""
+
+
+class Interrupted(KeyboardInterrupt):
+    """A run that the user stops, by Ctrl-C or SIGTERM.
+
+    partial: the result until then."""
+
+    partial: Any = None
 
 
 class SceneError(CosimError):

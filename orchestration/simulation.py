@@ -22,7 +22,7 @@ from .cosim.step_control import Control, Doubling, Embedded, Fixed
 from .cosim.subsystem import Recorder
 from .cosim.time_loop import drive
 from .cosim.topology import Connection
-from .errors import CosimError, FmuWarning, SceneError, SubsystemError
+from .errors import CosimError, FmuWarning, Interrupted, SceneError, SubsystemError
 from .fmi.archive import Variable
 from .fmi.model_exchange import ModelExchangeInstance
 from .fmi.slave import Slave
@@ -143,6 +143,11 @@ def run_to_end(ready: OpenSimulation, progress: Callable[[float], None] = lambda
     except CosimError as error:
         error.partial = ready.collect(first, logs, f"partial: {error}")
         raise
+    except KeyboardInterrupt as error:
+        reached = logs[-1].time if logs else 0.0
+        stopped = Interrupted(f"stopped by the user at t = {reached:.6g} s of {ready.scene.stop_time:g} s")
+        stopped.partial = ready.collect(first, logs, f"partial: {stopped}")
+        raise stopped from error
     return ready.collect(first, logs, "complete")
 
 

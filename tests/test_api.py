@@ -40,7 +40,7 @@ def test_overrides_are_tables_of_python_values() -> None:
 @pytest.mark.parametrize(
     ("overrides", "text"),
     [
-        ({"rod.order": object()}, "rod.order = <object.*object is no number"),
+        ({"rod.order": object()}, "rod.order = <object.*object is not a number"),
         ("rod.order=2", r"\['rod.order=2'\]"),
         ({"rod.ordr": 2}, "did you mean 'order'"),
         ({"rod.body.E": float("nan")}, "rod.body.E"),
@@ -51,15 +51,55 @@ def test_overrides_that_mean_nothing_are_refused(overrides: tca.Overrides, text:
         tca.read("step", overrides)
 
 
-def test_a_scene_that_is_read_takes_no_overrides() -> None:
-    with pytest.raises(tca.SceneError, match="has been read"):
-        tca.run(tca.read("step"), SHORT)
+def test_a_scene_that_is_read_takes_further_overrides(result: xr.Dataset) -> None:
+    """They win over those it was read with."""
+    scene = tca.read("step", {"stop_time": "2 s", "rod.order": 3})
+    again = tca.read(scene, {"stop_time": "1 s", "rod.order": 4})
+    assert (again.stop_time, again.member("rod").value("order")) == (1.0, 4)
+    assert again.title == "Step: V = (0, 1.5, 3) V (modified: stop_time=2 s, rod.order=3, stop_time=1 s, and 1 more)"
+    xr.testing.assert_equal(tca.run(tca.read("step"), SHORT), result)
+
+
+def test_a_table_describes_a_whole_scene(result: xr.Dataset) -> None:
+    rod = {"closure": "exchanged", "dynamic": False, "body": {"retardation": "5 ms"}}
+    table = {"stop_time": "1 s", "thermal": {"V": [0, 1.5, 3]}, "rod": rod, "name": "mine"}
+    xr.testing.assert_equal(tca.run(table), result)
+    assert tca.read(table).name == "mine"
+    with pytest.raises(tca.SceneError, match=r"scene: rod\.ordr = 2: no such variable .*; did you mean 'order'"):
+        tca.read({**table, "rod": {"ordr": 2}})
+    with pytest.raises(tca.SceneError, match="scene 3: int; give the name of a scene, a file, or a table"):
+        tca.read(3)  # type: ignore[arg-type]
+
+
+def test_inputs_are_functions_arrays_or_frames_over_time() -> None:
+    pd = pytest.importorskip("pandas")
+    times = np.array([0.0, 5.0, 10.0])
+    ramp = tca.read("step", {"thermal.V[1]": {"ramps": [[0, 0], [5, 1], [10, 0]]}}).member("thermal").signals["V[1]"]
+    frame = pd.DataFrame({"a": [0.0, 1.0, 0.0], "b": 0.0, "c": 3.0}, index=times)
+    for value in (
+        {"thermal.V[1]": np.column_stack([times, [0.0, 1.0, 0.0]])},
+        {"thermal.V[1]": frame["a"]},
+        {"thermal.V": frame},
+        {"thermal.V": np.column_stack([times, frame.to_numpy()])},
+        {"thermal.V[1]": ramp},
+    ):
+        assert tca.read("step", value).member("thermal").signals["V[1]"] == ramp
+    scene = tca.read("step", {"thermal.V": lambda t: [0.0, 0.1 * t, 3.0], "stop_time": 1.05})
+    signal = scene.member("thermal").signals["V[2]"]
+    assert signal.breaks == pytest.approx([*np.arange(0.0, 1.05, 0.1), 1.05])
+    assert signal.polynomial(0.4, 0.1)[:2] == pytest.approx((0.04, 0.1))
+    for said, value in {
+        "does not return numbers": lambda t: "much",
+        "times must increase": np.array([[1.0, 0.0], [0.0, 1.0]]),
+    }.items():
+        with pytest.raises(tca.SceneError, match=said):
+            tca.read("step", {"thermal.V[1]": value})
 
 
 def test_a_scene_says_what_it_is() -> None:
     scene = tca.read("switch", {"rod.order": 2})
     lines = repr(scene).splitlines()
-    assert lines[0] == "Scene 'switch': Switch: V1 = 3 V until 15 s, then V2 = 3 V"
+    assert lines[0] == "Scene 'switch': Switch: V1 = 3 V until 15 s, then V2 = 3 V (modified: rod.order=2)"
     assert any("30 s in macro steps of 0.1 s" in line for line in lines)
     assert any("rod.fmu" in line and "order 2" in line and "closure exchanged" in line for line in lines)
     assert any("V[1] = steps(times [0, 15], values [3, 0]) V" in line for line in lines)

@@ -138,7 +138,11 @@ SLIPS = {
     "zero step": ('"0.1 s"', "0.0", ["coupling.macro_step", "out of range"]),
     "parameter set": ("[thermal]", 'parameters = "fig4"\n[thermal]', ["fig4", "did you mean 'fig3'"]),
     "signal on a parameter": ("dynamic = false", "order = { steps = [[0, 1]] }", ["rod.order", "whole number"]),
-    "unknown signal": ('"1.5 V"', "{ step = [[0, 1]] }", ["thermal.V[2]", "steps, ramps, sine, impulse, pulses"]),
+    "unknown signal": (
+        '"1.5 V"',
+        "{ step = [[0, 1]] }",
+        ["thermal.V[2]", "steps, ramps, table"],
+    ),
     "signal backwards": ('"1.5 V"', "{ steps = [[1, 1], [0, 2]] }", ["thermal.V[2]", "times must increase"]),
     "sine without period": ('"1.5 V"', "{ sine = { amplitude = 1 } }", ["thermal.V[2]", "without period"]),
     "sine typo": ('"1.5 V"', "{ sine = { amplitude = 1, perod = 2 } }", ["perod", "did you mean 'period'"]),
@@ -225,7 +229,7 @@ def test_overrides_reach_everything(tmp_path: Path) -> None:
     copy.write_bytes(tca.read("step").member("rod").archive.path.read_bytes())
     scene = tca.read("step", [f"fmus.rod={copy}", "thermal.V=1"])
     assert [m.archive.path.name for m in scene.members] == ["thermal.fmu", "other.fmu"]
-    assert scene.sources[-1] == ("--set", f"fmus.rod={copy}\nthermal.V=1")
+    assert scene.sources[-1] == ("overrides", f"fmus.rod={copy}\nthermal.V=1")
     for twice in (["rod=3", "rod.order=2"], ["rod=3"]):
         with pytest.raises(tca.SceneError, match="rod"):
             tca.read("step", twice)

@@ -177,7 +177,7 @@ MAPPED = '<ssd:ParameterMapping source="resources/a.ssm"/>'
         ('name="heat" source', 'name="heat" type="application/x-ssp-package" source', "Component heat: type"),
         ('source="resources/all.ssv"', 'source="resources/none.ssv"', "ParameterBinding of arm: source"),
         ('source="resources/all.ssv"', 'sourceBase="component" source="resources/all.ssv"', "sourceBase"),
-        ('startTime="0"', 'startTime="1"', "DefaultExperiment: startTime"),
+        ('startTime="0"', 'startTime="3"', "start_time = 3.0: not before the stop time, 2 s"),
         ('kind="output"', 'kind="outlet"', "SystemStructure.ssd: is not valid SSP 1.0"),
         ('startConnector="T[1]"', 'startConnector="E_stored"', "units differ: 'J' (kg.m2.s-2) and 'K' (K)"),
         ('Integer value="0"', 'Integer value="9"', "rod.order = 9: out of range"),

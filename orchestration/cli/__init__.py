@@ -1,20 +1,24 @@
-"""The command line: one file here per command. An error a user can mend is one message and exit code 2."""
+"""The command line: one module per command. An error that a user can mend is one message and exit code 2."""
 
 from __future__ import annotations
 
 import shlex
 from collections.abc import Callable
+from typing import Annotated
 
 import typer
 
 from ..errors import CosimError
+from ..results.dataset import versions
 from . import (
     animate,
     chart,
+    explain,
     export,
     halving,
     modes,
     monolith,
+    new,
     paper,
     peers,
     reference,
@@ -27,7 +31,7 @@ from . import (
     timing,
     verify,
 )
-from .console import reported
+from .console import out, reported
 
 __all__ = ["app"]
 
@@ -35,30 +39,56 @@ app = typer.Typer(
     rich_markup_mode="markdown",
     no_args_is_help=True,
     add_completion=False,
-    help="Co-simulation of soft manipulators driven by TCAs.",
+    help="Co-simulation of soft manipulators driven by twisted-and-coiled actuators (TCAs), and of any FMUs.",
 )
 
-_COMMANDS: dict[str, Callable[..., None]] = {
-    "run": run.command,
-    "timing": timing.command,
-    "paper": paper.command,
-    "export": export.command,
-    "list": scenes.command,
-    "reference": reference.command,
-    "monolith": monolith.command,
-    "modes": modes.command,
-    "stability": stability.command,
-    "sweep": sweep.command,
-    "select": select.command,
-    "report": report.command,
-    "animate": animate.command,
-    "chart": chart.command,
-    "halving": halving.command,
-    "peers": peers.command,
-    "verify": verify.command,
+# Group of the help -> commands.
+_COMMANDS: dict[str, dict[str, Callable[..., None]]] = {
+    "Simulate": {
+        "new": new.command,
+        "run": run.command,
+        "list": scenes.command,
+        "explain": explain.command,
+        "export": export.command,
+    },
+    "Look at results": {"report": report.command, "animate": animate.command},
+    "Verify": {
+        "verify": verify.command,
+        "monolith": monolith.command,
+        "reference": reference.command,
+        "paper": paper.command,
+    },
+    "Study": {
+        "sweep": sweep.command,
+        "select": select.command,
+        "modes": modes.command,
+        "stability": stability.command,
+    },
+    "Benchmark": {
+        "timing": timing.command,
+        "chart": chart.command,
+        "halving": halving.command,
+        "peers": peers.command,
+    },
 }
-for name, command in _COMMANDS.items():
-    app.command(name)(command)
+for _group, _commands in _COMMANDS.items():
+    for _name, _command in _commands.items():
+        app.command(_name, rich_help_panel=_group)(_command)
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        out.print(f"tca-cosim {versions()['tca-cosim']}", highlight=False)
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Version of the program")
+    ] = False,
+) -> None:
+    """Options without a command."""
 
 
 @app.command("fit", hidden=True, context_settings={"allow_extra_args": True, "ignore_unknown_options": True})

@@ -1,4 +1,4 @@
-"""tca-cosim animate: a result as a moving picture."""
+"""tca-cosim animate: an animation of a result."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ def command(
     override: Overrides = [],  # noqa: B006 (typer copies it)
     folder: Folder = Path("results"),
     source: From = None,
-    kind: Annotated[Kind, typer.Option("--format", help="mp4: with ffmpeg (extra `report`)")] = Kind.gif,
-    frames: Annotated[int, typer.Option(min=2, help="At most, evenly spread in time")] = 100,
-    fps: Annotated[float, typer.Option(min=0.1, max=100.0, help="Frames a second")] = 20.0,
+    kind: Annotated[Kind, typer.Option("--format", help="File format; mp4 requires tca-cosim[report]")] = Kind.gif,
+    frames: Annotated[int, typer.Option(min=2, help="Largest number of frames, evenly spread in time")] = 100,
+    fps: Annotated[float, typer.Option(min=0.1, max=100.0, help="Frames per second")] = 20.0,
 ) -> None:
-    """Shows the manipulator in motion, coloured by temperature; writes NAME.gif or NAME.mp4."""
+    """Draws the manipulator in motion, coloured by temperature; writes NAME.gif or NAME.mp4."""
     from ..visualization import animation  # matplotlib
 
     with reported():

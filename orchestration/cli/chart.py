@@ -1,4 +1,4 @@
-"""tca-cosim chart: speed against accuracy."""
+"""tca-cosim chart: work-precision diagrams."""
 
 from __future__ import annotations
 
@@ -20,22 +20,30 @@ if TYPE_CHECKING:
 __all__ = ["command"]
 
 RELEASE = "release"
-_LIMIT = "CPU time [s] after which a point has failed; of scipy, and of the search for a level, 20 times that"
+_LIMIT = "CPU time [s] after which a point counts as failed; 20 times that for scipy and for the model selection"
 
 
 def command(
-    scenes: Annotated[list[str], typer.Argument(metavar="SCENE...", help="Scenes, or `release`: the rods of others")],
+    scenes: Annotated[
+        list[str],
+        typer.Argument(metavar="SCENE...", help="Names or files of scenes, or `release` for rods of other codes"),
+    ],
     override: Overrides = [],  # noqa: B006 (typer copies it)
     folder: Folder = Path("results"),
-    repeats: Annotated[int, typer.Option(min=1, help="Rounds of all points, each point timed once in each")] = 7,
+    repeats: Annotated[int, typer.Option(min=1, help="Number of rounds; each point is timed once in each")] = 7,
     limit: Annotated[float, typer.Option(min=0.1, help=_LIMIT)] = 3.0,
-    panel: Annotated[list[str], typer.Option(help="Some panels only: solvers, integrators, coupling, levels")] = [],  # noqa: B006
-    series: Annotated[Path | None, typer.Option(help="A file of series; default: that of the package")] = None,
-    picture: Annotated[Path | None, typer.Option(help="Folder for the PNGs; default: where all else goes")] = None,
+    panel: Annotated[
+        list[str], typer.Option(help="Panels to draw: solvers, integrators, coupling, levels; default: all")
+    ] = [],  # noqa: B006
+    series: Annotated[Path | None, typer.Option(help="File of series; default: that of the package")] = None,
+    picture: Annotated[Path | None, typer.Option(help="Folder of the PNG files; default: that of --out")] = None,
     workers: Workers = 0,
 ) -> None:
-    """Charts accuracy against speed (extra `chart`): errors against a refined monolith, CPU times of warm runs in one
-    thread, in rounds. Writes chart_NAME.png, .svg, .csv, .nc; the references alone are spread over processes."""
+    """Draws errors over CPU time of all solvers (requires tca-cosim[chart]).
+
+    Errors are measured against a refined monolith, times are those of warm runs in one thread. Writes chart_NAME.png,
+    .svg, .csv, .nc.
+    """
     with reported():
         with extra("chart"):
             from .. import results
@@ -61,14 +69,14 @@ def command(
 
 
 def _spread(workers: int | None, bar: Progress, task: TaskID) -> dict[str, Any]:
-    """Arguments that say where references are solved; in this process they move the bar as they go."""
+    """Return where reference solutions are computed and how the bar follows: continuously here, else one by one."""
     if workers == 0:
         return {"progress": lambda number, share: bar.update(task, completed=number + share)}
     return {"worker": worker(None, workers, lambda _: bar.advance(task))}
 
 
 def _drawn(figure: Figure, folder: Path, pictures: Path | None, stem: str) -> list[Path]:
-    """The files: SVG beside the table, PNG there too or in a folder of pictures."""
+    """Save SVG beside the table and PNG there too, or in a folder of pictures; return the files."""
     from ..benchmarks.work_precision.plot import DPI
     from ..files import save_figure
 
@@ -76,7 +84,7 @@ def _drawn(figure: Figure, folder: Path, pictures: Path | None, stem: str) -> li
 
 
 def _fastest(name: str, table: xr.Dataset) -> Table:
-    """Of every solver the fastest point that is exact enough; ours or auto's, the faster, beside scipy's."""
+    """Return the fastest point of each solver at every accuracy, and the ratio of scipy to the faster one of ours."""
     from ..benchmarks.work_precision import fastest_points
     from ..benchmarks.work_precision.table import LEVELS
 

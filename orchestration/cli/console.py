@@ -1,12 +1,16 @@
-"""What commands print: one line per mistake, progress, comparisons."""
+"""Output of commands: errors and warnings as one line each, progress, comparisons."""
 
 from __future__ import annotations
 
 import contextlib
+import errno
 import json
+import os
+import signal
 import warnings
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import typer
 import xarray as xr
@@ -14,7 +18,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table
 
-from ..errors import CosimError, FmuWarning
+from ..errors import CosimError, FmuWarning, Interrupted, SceneWarning
 from ..fmi.log import Warned
 from ..results.comparison import compare
 from ..scene import Scene
@@ -25,32 +29,101 @@ __all__ = ["busy", "extra", "out", "partial_kept", "reported", "run", "show_gaps
 out = Console(markup=False)  # [s] and [m] are units here
 
 
+MENDABLE, UNEXPECTED, INTERRUPTED = 2, 70, 130  # exit codes
+TRACEBACK = "TCA_COSIM_TRACEBACK"  # environment variable: unexpected errors with their traceback
+
+
 @contextlib.contextmanager
 def reported() -> Iterator[None]:
-    """Turns an error a user can mend into one message and exit code 2."""
+    """Turn errors into one message and an exit code, warnings about the scene into lines, SIGTERM into Ctrl-C."""
+    before = _terminated_as_interrupted()
     try:
-        yield
+        with warnings.catch_warnings():
+            warnings.simplefilter("always", SceneWarning)
+            warnings.showwarning = _show_warning
+            yield
+    except typer.Exit:
+        raise
+    except KeyboardInterrupt as error:
+        _say("interrupted", str(error) or "stopped by the user")
+        raise typer.Exit(INTERRUPTED) from None
     except (CosimError, OSError) as error:
-        Console(stderr=True).print("[bold red]error:[/] ", end="")
-        Console(stderr=True, soft_wrap=True, highlight=False, markup=False).print(str(error))
-        raise typer.Exit(2) from None
+        _say("error", _text(error))
+        raise typer.Exit(MENDABLE) from None
+    except Exception as error:
+        if os.environ.get(TRACEBACK):
+            raise
+        text = " ".join(str(error).split()) or "without a text"
+        _say(
+            "error",
+            f"unexpected {type(error).__name__}: {text}; this is a fault of tca-cosim: please report it, with "
+            f"what {TRACEBACK}=1 shows",
+        )
+        raise typer.Exit(UNEXPECTED) from None
+    finally:
+        if before is not None:
+            signal.signal(signal.SIGTERM, before)
+
+
+def _terminated_as_interrupted() -> Any:
+    """Let SIGTERM do what Ctrl-C does, so that results are kept; return the handler before, None outside the main
+    thread."""
+
+    def interrupt(number: int, frame: object) -> None:
+        raise KeyboardInterrupt
+
+    try:
+        return signal.signal(signal.SIGTERM, interrupt)
+    except ValueError:  # signals belong to the main thread
+        return None
+
+
+def _show_warning(message: Warning | str, category: type[Warning], *where: Any, **more: Any) -> None:
+    if issubclass(category, UserWarning):
+        _say("warning", str(message), "bold yellow")
+
+
+def _say(kind: str, text: str, style: str = "bold red") -> None:
+    Console(stderr=True).print(f"[{style}]{kind}:[/] ", end="")
+    Console(stderr=True, soft_wrap=True, highlight=False, markup=False).print(text)
+
+
+def _text(error: Exception) -> str:
+    """Words of an error; those of the system with file and remedy."""
+    if not isinstance(error, OSError) or error.errno is None:
+        return str(error)
+    remedies = {
+        errno.ENOSPC: "free some space, or write to another folder with --out",
+        errno.EDQUOT: "free some space, or write to another folder with --out",
+        errno.EACCES: "change its permissions, or write to another folder with --out",
+        errno.EPERM: "change its permissions, or write to another folder with --out",
+        errno.EROFS: "write to another folder with --out",
+        errno.ENOENT: "check the path",
+        errno.ENOTDIR: "give a folder",
+        errno.EISDIR: "give a file",
+        errno.ENAMETOOLONG: "give a shorter name",
+    }
+    where = f"{error.filename}: " if error.filename else ""
+    return f"{where}{(error.strerror or str(error)).lower()}; {remedies.get(error.errno, 'check the file system')}"
 
 
 @contextlib.contextmanager
 def extra(name: str, instead: str = "") -> Iterator[None]:
-    """Around an import that needs the package's extra `name`; `instead` is what else a user can do."""
+    """Import what an extra of the package brings; `instead`: what a user can do without it. Raises CosimError."""
     try:
         yield
     except ModuleNotFoundError as error:
-        raise CosimError(f"{error}; run pip install 'tca-cosim[{name}]'{instead}") from error
+        raise CosimError(
+            f"{error}; this command requires tca-cosim[{name}]: run pip install 'tca-cosim[{name}]'{instead}"
+        ) from error
 
 
 @contextlib.contextmanager
 def partial_kept(folder: Path, ending: str, write: Callable[[xr.Dataset, Path], object]) -> Iterator[None]:
-    """Around a run: what it computed until it failed becomes NAME.partial.ending."""
+    """Write what a run computed until it failed to NAME.partial.ending."""
     try:
         yield
-    except CosimError as error:
+    except (CosimError, Interrupted) as error:
         if error.partial is not None:
             path = folder / f"{error.partial.attrs['scene']}.partial.{ending}"
             write(error.partial, path)
@@ -59,7 +132,7 @@ def partial_kept(folder: Path, ending: str, write: Callable[[xr.Dataset, Path], 
 
 
 def written(*what: object) -> None:
-    """Says which files there are now."""
+    """Print the files written."""
     out.print("written: " + ", ".join(map(str, what)), highlight=False)
 
 
@@ -94,7 +167,7 @@ def _show_messages(result: xr.Dataset) -> None:
 
 @contextlib.contextmanager
 def busy(what: str) -> Iterator[Callable[[str], None]]:
-    """Shows for how long it has been at `what`, and what was told of it last."""
+    """Show the time spent on `what`, and the last status given."""
     columns = (SpinnerColumn(), TextColumn("{task.description}", markup=False), TimeElapsedColumn())
     with Progress(*columns, console=out, transient=True) as bar:
         task = bar.add_task(what, total=None)
@@ -102,7 +175,7 @@ def busy(what: str) -> Iterator[Callable[[str], None]]:
 
 
 def watched(scene: Scene, solve: Callable[[Callable[[float], None]], xr.Dataset]) -> xr.Dataset:
-    """`solve(progress)`, where progress(time) moves a bar."""
+    """Return solve(progress), where progress(time) moves a bar."""
     columns = (
         TextColumn("{task.description}"),
         BarColumn(),
@@ -115,7 +188,7 @@ def watched(scene: Scene, solve: Callable[[Callable[[float], None]], xr.Dataset]
 
 
 def show_gaps(a: xr.Dataset, b: xr.Dataset) -> None:
-    """A table of how far two results are apart."""
+    """Print a table of the differences between two results. Raises CosimError where they cannot be compared."""
     try:
         gaps = compare(a, b)
     except ValueError as error:

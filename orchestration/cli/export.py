@@ -1,4 +1,4 @@
-"""tca-cosim export: the FMUs for other tools."""
+"""tca-cosim export: FMUs and an SSP archive for other tools."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ __all__ = ["command"]
 
 
 def command(
-    folder: Annotated[Path | None, typer.Argument(help="Where to put the FMUs")] = None,
+    folder: Annotated[Path | None, typer.Argument(help="Folder for the FMUs")] = None,
     system: Annotated[
-        Path | None, typer.Option("--ssp", help="An SSP archive to write: FMUs, wiring, parameters")
+        Path | None, typer.Option("--ssp", help="SSP archive to write, with FMUs, wiring and parameters")
     ] = None,
 ) -> None:
-    """Copies thermal.fmu and rod.fmu, or writes them wired as scene `step`, to drop into another tool."""
+    """Copies thermal.fmu and rod.fmu to a folder, or writes them wired as scene `step` into an SSP archive."""
     with reported():
         if folder is None and system is None:
             raise CosimError("nothing to export: name a folder for the FMUs, or --ssp FILE.ssp, or both")
         if folder is not None:
-            found = [find_fmu(name) for name in ("thermal.fmu", "rod.fmu")]
+            files = [find_fmu(name) for name in ("thermal.fmu", "rod.fmu")]
             folder.mkdir(parents=True, exist_ok=True)
-            for path in found:
+            for path in files:
                 shutil.copy2(path, folder)
                 written(folder / path.name)
         if system is not None:

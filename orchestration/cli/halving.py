@@ -1,4 +1,4 @@
-"""tca-cosim halving: the coupling's own error as macro steps are halved."""
+"""tca-cosim halving: the coupling error over the macro step."""
 
 from __future__ import annotations
 
@@ -19,13 +19,15 @@ SHOWN = ("step", "difference", "order")
 
 
 def command(
-    scenes: Annotated[list[str], typer.Argument(metavar="SCENE...", help="Names of scenes or files")],
+    scenes: Annotated[list[str], typer.Argument(metavar="SCENE...", help="Names or files of scenes")],
     override: Overrides = [],  # noqa: B006 (typer copies it)
     folder: Folder = Path("results"),
-    halvings: Annotated[int, typer.Option(min=1, max=16, help="At most; ends where 1e-9 of the range is met")] = 12,
+    halvings: Annotated[
+        int, typer.Option(min=1, max=16, help="Largest number of halvings; the study ends at 1e-9 of the range")
+    ] = 12,
 ) -> None:
-    """The co-simulation against the monolith of the same models as macro steps are halved (extra `chart`); writes
-    halving_NAME.nc."""
+    """Compares the co-simulation with the monolith of the same models as macro steps are halved (requires
+    tca-cosim[chart]); writes halving_NAME.nc."""
     with reported():
         with extra("chart"):
             from .. import results

@@ -17,10 +17,10 @@ __all__ = ["command"]
 def command(
     scene: SceneName,
     override: Overrides = [],  # noqa: B006 (typer copies it)
-    at: Annotated[float, typer.Option("--time", min=0.0, help="When to linearise [s]")] = 0.0,
-    count: Annotated[int, typer.Option(min=1, help="How many, from the lowest frequency on")] = 10,
+    at: Annotated[float, typer.Option("--time", min=0.0, help="Time of the linearisation [s]")] = 0.0,
+    count: Annotated[int, typer.Option(min=1, help="Number of modes shown, from the lowest frequency on")] = 10,
 ) -> None:
-    """Natural frequencies and damping ratios of a scene's small motions."""
+    """Computes natural frequencies and damping ratios of small motions about the state of a scene."""
     from ..verification import monolith  # its solver takes long to load
 
     with reported():

@@ -1,4 +1,4 @@
-"""tca-cosim monolith: both FMUs as one system."""
+"""tca-cosim monolith: all FMUs as one system."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ def command(
     scene: SceneName,
     override: Overrides = [],  # noqa: B006 (typer copies it)
     folder: Folder = Path("results"),
-    tolerance: Annotated[float, typer.Option(min=1e-13, max=1e-3, help="Relative, of the integrator")] = 1e-10,
+    tolerance: Annotated[float, typer.Option(min=1e-13, max=1e-3, help="Relative tolerance of the integrator")] = 1e-10,
     against: Against = None,
 ) -> None:
-    """Solves a scene's FMUs (model exchange) as one system with one tight integrator; writes NAME.monolith.nc."""
+    """Solves the FMUs of a scene by model exchange as one system with one integrator; writes NAME.monolith.nc."""
     from ..verification import monolith  # its solver takes long to load
 
     with reported():

@@ -1,4 +1,4 @@
-"""tca-cosim paper: Fig. 3."""
+"""tca-cosim paper: Fig. 3 of the paper."""
 
 from __future__ import annotations
 

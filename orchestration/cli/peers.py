@@ -1,4 +1,4 @@
-"""tca-cosim peers: the release beside other codes."""
+"""tca-cosim peers: comparison with other rod codes."""
 
 from __future__ import annotations
 
@@ -16,9 +16,10 @@ __all__ = ["command"]
 
 def command(
     folder: Folder = Path("results"),
-    repeats: Annotated[int, typer.Option(min=1, help="Timed rounds; the median counts")] = 5,
+    repeats: Annotated[int, typer.Option(min=1, help="Number of timed rounds; the median is reported")] = 5,
 ) -> None:
-    """Runs the release of the bare rod beside PyElastica and Exudyn (extra `peers`): CPU time at equal error."""
+    """Compares CPU times at equal error with PyElastica and Exudyn, on the release of a bare rod (requires
+    tca-cosim[peers])."""
     with reported():
         rows, notes = peers.compare_peers(repeats)
         out.print(peers.peer_table(rows))

@@ -1,4 +1,4 @@
-"""tca-cosim reference: a scene solved without the FMUs."""
+"""tca-cosim reference: an independent solution without the FMUs."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ def command(
     scene: SceneName,
     override: Overrides = [],  # noqa: B006 (typer copies it)
     folder: Folder = Path("results"),
-    refined: Annotated[bool, typer.Option(help="Finer in space and time, as a check of itself")] = False,
+    refined: Annotated[bool, typer.Option(help="Refinement in space and time, to check the reference itself")] = False,
     against: Against = None,
 ) -> None:
-    """Solves a scene independently of the FMUs (extra `reference`); writes NAME.reference.nc."""
+    """Solves a scene independently of the FMUs (requires tca-cosim[reference]); writes NAME.reference.nc."""
     with reported():
         with extra("reference"):
             from ..verification import reference  # scikit-fem

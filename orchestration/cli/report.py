@@ -1,4 +1,4 @@
-"""tca-cosim report: a result as a page."""
+"""tca-cosim report: an HTML page of a result."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def command(
     folder: Folder = Path("results"),
     source: From = None,
 ) -> None:
-    """Shows a result as one HTML page that needs nothing else (extra `report`); writes NAME.html, of a run that fails
+    """Writes a result as one self-contained HTML page, NAME.html (requires tca-cosim[report]); of a run that fails
     NAME.partial.html."""
     with reported():
         with extra("report"):

@@ -1,4 +1,4 @@
-"""tca-cosim list: the scenes and sweeps there are."""
+"""tca-cosim list: scenes and sweeps of the package."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ __all__ = ["command"]
 
 
 def command() -> None:
-    """The scenes and sweeps that come with the package."""
+    """Lists the scenes and sweeps that come with the package."""
     with reported():
         for kind in ("scene", "sweep"):
             table = Table(kind, "title")

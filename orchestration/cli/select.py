@@ -1,4 +1,4 @@
-"""tca-cosim select: no more model than a scene needs."""
+"""tca-cosim select: the cheapest models that meet a tolerance."""
 
 from __future__ import annotations
 
@@ -20,23 +20,24 @@ __all__ = ["command", "explain"]
 
 
 def command(
-    scenes: Annotated[list[str], typer.Argument(metavar="SCENE...", help="Names (tca-cosim list) or files")],
+    scenes: Annotated[list[str], typer.Argument(metavar="SCENE...", help="Names or files of scenes")],
     tolerances: Annotated[
         list[str],
-        typer.Option("--tolerance", help="Error allowed, share of the range; default: what the scene asks"),
+        typer.Option("--tolerance", help="Allowed error, share of the range; default: that of the scene"),
     ] = [],  # noqa: B006 (typer copies it)
     quantities: Annotated[
-        list[str], typer.Option("--of", help="What for, such as rod.tip.p; default: what the scene asks")
+        list[str],
+        typer.Option("--of", help="Quantity whose error counts, such as rod.tip.p; default: those of the scene"),
     ] = [],  # noqa: B006
     override: Overrides = [],  # noqa: B006
-    audit: Annotated[bool, typer.Option("--audit", help="Run the top level too, for the true error")] = False,
+    audit: Annotated[bool, typer.Option("--audit", help="True error, from a run of the finest models")] = False,
     study: Annotated[
-        bool, typer.Option("--study", help="Run all levels no dearer too, for the cheapest that is enough")
+        bool, typer.Option("--study", help="True cost, from runs of all models that are not more expensive")
     ] = False,
     folder: Folder = Path("results"),
 ) -> None:
-    """Chooses models no larger than a scene needs for what it asks, and says why; writes NAME.select.nc, with several
-    tolerances NAME.select.TOLERANCE.nc."""
+    """Selects the cheapest models whose estimated error meets the tolerance, with the reasons; writes NAME.select.nc,
+    with several tolerances NAME.select.TOLERANCE.nc."""
     extras = ["true error"] * (audit or study) + ["least\n[s]", "ratio"] * study
     table = Table("scene", "asked", "estimate", "run\n[s]", "search\n[s]", *extras)  # 80 columns hold all
     asked = [f"fidelity.quantities={list(quantities)!r}"] if quantities else []
@@ -49,12 +50,12 @@ def command(
 
 
 def explain(record: dict[str, Any]) -> None:
-    """The reasons of a choice, one to a line."""
+    """Print the reasons of a selection, one per line."""
     out.print(*record["reasons"], sep="\n", highlight=False, soft_wrap=True)
 
 
 def _rows(scenes: list[Scene], audit: bool, study: bool, folder: Path) -> Iterator[list[str]]:
-    """Chooses, runs and writes for one scene and several tolerances; the cells of a row each."""
+    """Select, run and write for one scene and several tolerances; yield the cells of each row."""
     with busy(scenes[0].name) as tell:
         selections = [model_selection.select(scene, tell) for scene in scenes]
         tell("the finest models")

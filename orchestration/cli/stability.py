@@ -1,4 +1,4 @@
-"""tca-cosim stability: maps of where coupling methods fail."""
+"""tca-cosim stability: stability maps of coupling methods."""
 
 from __future__ import annotations
 
@@ -19,20 +19,20 @@ __all__ = ["command"]
 
 
 def command(
-    scene: Annotated[str, typer.Argument(help="Name of a scene, a .toml file, or `oscillators`: analytic systems")],
+    scene: Annotated[str, typer.Argument(help="Name or file of a scene, or `oscillators` for analytic systems")],
     override: Overrides = [],  # noqa: B006 (typer copies it)
     folder: Folder = Path("results"),
-    points: Annotated[int, typer.Option(min=2, max=200, help="Along each axis")] = 12,
+    points: Annotated[int, typer.Option(min=2, max=200, help="Points along each axis")] = 12,
     scheduler: Scheduler = None,
     workers: Workers = None,
 ) -> None:
-    """Maps where each coupling method fails over macro step and stiffness ratio, with the limits of theory (extra
-    `sweep`); writes NAME.stability.nc, .png, .svg."""
+    """Maps where each coupling method fails over macro step and stiffness ratio, with the limits of theory (requires
+    tca-cosim[sweep]); writes NAME.stability.nc, .png, .svg."""
     from ..studies import stability  # its theory and pictures take long to load
 
     with reported():
         if scene == "oscillators" and override:
-            raise CosimError(f"--set {override[0]!r}: the analytic systems have nothing to set; leave it out")
+            raise CosimError(f"--set {override[0]!r}: the analytic systems have no settings; leave --set out")
         oscillators = scene == "oscillators"
         study = stability.oscillator_study(points) if oscillators else stability.rod_study(scene, override, points)
         with Progress(*Progress.get_default_columns(), console=out, transient=True) as bar:

@@ -1,4 +1,4 @@
-"""tca-cosim sweep: many runs of one scene."""
+"""tca-cosim sweep: a scene with varied parameters."""
 
 from __future__ import annotations
 
@@ -26,12 +26,16 @@ def command(
     plan: Annotated[str, typer.Argument(metavar="SWEEP", help="Name of a sweep (tca-cosim list) or a .toml file")],
     override: Overrides = [],  # noqa: B006 (typer copies it)
     folder: Folder = Path("results"),
-    runs: Annotated[int | None, typer.Option(min=1, max=1_000_000, help="In place of those of the file")] = None,
+    runs: Annotated[
+        int | None, typer.Option(min=1, max=1_000_000, help="Number of runs; default: that of the file")
+    ] = None,
     scheduler: Scheduler = None,
     workers: Workers = None,
 ) -> None:
-    """Runs a scene many times with parameters from distributions or lists (extra `sweep`); what a killed sweep had
-    finished is kept. Writes NAME.sweep.nc, .png, .svg."""
+    """Runs a scene many times with parameters from distributions or lists (requires tca-cosim[sweep]).
+
+    An interrupted sweep resumes; completed runs are reused. Writes NAME.sweep.nc, .png, .svg.
+    """
     from ..studies import sweep  # scipy.stats takes long to load
 
     with reported():
@@ -69,7 +73,7 @@ def command(
 
 
 def _summarise(found: xr.Dataset, outputs: tuple[list[str], list[str]]) -> None:
-    """Quantiles at the end and what matters most there; failures."""
+    """Print quantiles and the most influential parameter at the end, and failures."""
     shown, crowded = outputs
     last = found.isel(time=-1)
     count = found.sizes["quantile"]

@@ -1,4 +1,4 @@
-"""tca-cosim timing: where the time goes."""
+"""tca-cosim timing: CPU time of the parts of a run."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ __all__ = ["command"]
 def command(
     scene: SceneName,
     override: Overrides = [],  # noqa: B006 (typer copies it)
-    repeats: Annotated[int, typer.Option(min=1, help="Runs, of which the fastest counts")] = 5,
+    repeats: Annotated[int, typer.Option(min=1, help="Number of runs; the fastest is reported")] = 5,
 ) -> None:
-    """Where the time of a run goes: loading, the FMUs, the master."""
+    """Measures the CPU time of loading, of the FMUs and of the master."""
     with reported():
         begin = time.thread_time()
         described = read(scene, override)

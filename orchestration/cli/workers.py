@@ -1,4 +1,4 @@
-"""Where many tasks run: options that several commands take, and a bar over the tasks."""
+"""Options for running many tasks in parallel, and a progress bar over them."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ __all__ = ["Scheduler", "Workers", "worker"]
 
 T = TypeVar("T")
 Scheduler = Annotated[str | None, typer.Option(help="Address of a dask scheduler; default: processes here")]
-Workers = Annotated[int | None, typer.Option(min=0, help="Processes here; 0: this one, without dask")]
+Workers = Annotated[int | None, typer.Option(min=0, help="Number of processes; 0: this one, without dask")]
 
 
 def worker(scheduler: str | None, workers: int | None, advance: Callable[[T], None] = lambda found: None) -> Worker[T]:
-    """advance: told every result."""
+    """Return a worker for many tasks; advance: called with every result."""
     here = workers == 0 and scheduler is None
 
     def watched(tasks: Sequence[Callable[[], T]]) -> Iterator[tuple[int, T]]:

@@ -2,6 +2,18 @@
 
 from .layers import find, load, parameter_sets, titles
 from .member import Member
-from .scene import KEYS, TABLES, Coupling, Scene, read
+from .scene import KEYS, TABLES, Coupling, Scene, changed, read
 
-__all__ = ["KEYS", "TABLES", "Coupling", "Member", "Scene", "find", "load", "parameter_sets", "read", "titles"]
+__all__ = [
+    "KEYS",
+    "TABLES",
+    "Coupling",
+    "Member",
+    "Scene",
+    "changed",
+    "find",
+    "load",
+    "parameter_sets",
+    "read",
+    "titles",
+]

@@ -21,6 +21,7 @@ __all__ = ["find", "load", "merged", "overriding", "parameter_sets", "titles"]
 
 _PACKAGE = __package__.rpartition(".")[0]
 _TOML, _SSP = ".toml", ".ssp"
+_MAX_TEXT = 80  # characters of an override's value in titles and records
 _MOST_BYTES = 100_000_000  # of a scene file; what is larger is not one
 
 
@@ -86,7 +87,7 @@ def load(path: Path) -> Layer:
         text = content.decode("utf-8-sig").replace("\r\n", "\n")
     except UnicodeDecodeError as error:
         raise SceneError(f"{path}: not a text in UTF-8 (byte {error.start}); save the file as UTF-8") from error
-    return Layer(str(path), text, _parsed(text, str(path)))
+    return Layer(str(path), text, _parsed(text, str(path)), folder=path.parent)
 
 
 def _parsed(text: str, origin: str) -> dict[str, Any]:
@@ -111,10 +112,17 @@ def overriding(overrides: Sequence[str] | Mapping[str, Any], origin: str = "--se
             raw.setdefault(table, {})[name] = value
         else:
             raw[table] = dict(value) if isinstance(value, Mapping) else value
-    text = (
-        "\n".join(f"{key}={value}" for key, value in items) if isinstance(overrides, Mapping) else "\n".join(overrides)
-    )
-    return Layer(origin, text, raw, numbered=False, overrides=True)
+    if isinstance(overrides, Mapping):
+        lines = [f"{key}={_short(value)}" for key, value in overrides.items()]
+    else:
+        lines = list(overrides)
+    return Layer(origin, "\n".join(lines), raw, numbered=False, overrides=True)
+
+
+def _short(value: Any) -> str:
+    """Text of a value; long ones, such as courses over time, by their beginning."""
+    text = " ".join(str(value).split())
+    return text if len(text) <= _MAX_TEXT else f"{text[:_MAX_TEXT]}..."
 
 
 def _item(text: str, origin: str) -> tuple[str, Any]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 
@@ -141,9 +141,7 @@ def _elements(layer: Layer, member: str, key: str, raw: Any, archive: Archive) -
         return [(key, raw)]
     elements = archive.vectors.get(key)
     if elements is None:
-        layer.refuse(
-            f"{member}.{key}", raw, f"no such variable in {archive.path.name}; {similar(key, settable(archive))}"
-        )
+        _refuse_name(layer, member, key, raw, archive)
     if not isinstance(raw, list):
         return [(element, raw) for element in elements]
     vector = archive.arrays[key]
@@ -158,3 +156,17 @@ def _elements(layer: Layer, member: str, key: str, raw: Any, archive: Archive) -
             f"{member}.{key}", raw, f"{len(raw)} values for {len(elements)} elements of {key}; give {len(elements)}"
         )
     return list(zip(elements, raw, strict=True))
+
+
+def _refuse_name(layer: Layer, member: str, key: str, raw: Any, archive: Archive) -> NoReturn:
+    """Refuse a key that names no variable, by what it may have been meant for."""
+    for cut in (k for k, character in enumerate(key) if character == "."):
+        if key[:cut] in archive.variables or key[:cut] in archive.vectors:
+            word = key[cut + 1 :]
+            problem = f"{word!r} is not a signal; {similar(word, validation.SIGNALS)}"
+            layer.refuse(f"{member}.{key[:cut]}", {word: raw}, problem)
+    base, bracket, _ = key.rpartition("[")
+    if bracket and base in archive.vectors:
+        elements = archive.vectors[base]
+        layer.refuse(f"{member}.{key}", raw, f"no such element; {base} has {elements[0]} to {elements[-1]}")
+    layer.refuse(f"{member}.{key}", raw, f"no such variable in {archive.path.name}; {similar(key, settable(archive))}")

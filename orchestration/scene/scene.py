@@ -8,12 +8,13 @@ as one value for all elements. Numbers are in the variable's unit, texts carry o
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from ..cosim.settings import Coupling
 from ..cosim.topology import Connection
+from ..errors import SceneError
 from ..fmi.archive import Archive, Variable
 from . import ssp_reader, validation
 from .accuracy_request import AccuracyRequest
@@ -27,7 +28,7 @@ from .schema import settings
 from .summary import Summary
 from .validation import Layer
 
-__all__ = ["KEYS", "TABLES", "Coupling", "Scene", "read"]
+__all__ = ["KEYS", "TABLES", "Coupling", "Scene", "changed", "read"]
 
 
 @dataclass(frozen=True)
@@ -42,9 +43,11 @@ class Scene:
     coupling: Coupling
     accuracy: AccuracyRequest
     sources: tuple[tuple[str, str], ...]  # origin and text of every layer, for the record
-    overrides: tuple[str, ...] = ()  # keys that differ from the scene's file
+    overrides: tuple[str, ...] = ()  # keys and values that win over the scene's file
     start_time: float = 0.0  # [s]
     tolerance: float | None = None  # relative, handed to every FMU; None: each has its own
+    layers: tuple[Layer, ...] = field(default=(), repr=False, compare=False)  # as read, without what they build on
+    folder: Path = field(default=Path(), repr=False, compare=False)  # that relative paths start from
 
     def __repr__(self) -> str:
         return self._summary().text()
@@ -110,24 +113,40 @@ def read(
         The message names file, key, value and remedy.
     """
     name, folder, first = _first_layer(source)
-    layers = [first]
-    if overrides:
-        layers.append(overriding(overrides, origin))
-    layers.insert(0, _base(merged(layers), first, folder, archive))
+    return _read(name, folder, [first, *([overriding(overrides, origin)] if overrides else [])], archive)
+
+
+def changed(
+    scene: Scene,
+    overrides: Sequence[str] | Mapping[str, Any],
+    archive: Callable[[Path], Archive] = Archive,
+    origin: str = "--set",
+) -> Scene:
+    """Read a scene again with further overrides, as read() takes them. Raises SceneError."""
+    if not scene.layers:
+        raise SceneError(f"scene {scene.name!r} was not read from a file or table, so nothing can be overridden")
+    return _read(scene.name, scene.folder, [*scene.layers, overriding(overrides, origin)], archive)
+
+
+def _read(name: str, folder: Path, own: list[Layer], archive: Callable[[Path], Archive]) -> Scene:
+    """Read the layers of a scene on top of what they build on."""
+    layers = [_base(merged(own), own[0], folder, archive), *own]
     top = merged(layers)
     members = recording(read_members(top, layers, _TOP, folder, archive), top.get("record"))
     connections = wired({m.name: m for m in members}, top.get("connections"))
     check_shared(members, connections)
     return Scene(
         name=name,
-        title=_title(top, name),
+        title=_title(top, name, [line for layer in own if layer.overrides for line in layer.text.splitlines()]),
         stop_time=(stop_time := _stop_time(top, layers[1])),
         members=members,
         connections=connections,
         coupling=_coupling(layers),
         accuracy=read_accuracy_request(layers, {m.name: m.archive for m in members}),
         sources=tuple((layer.origin, layer.text) for layer in layers),
-        overrides=tuple(layers[-1].text.splitlines()) if overrides else (),
+        overrides=tuple(line for layer in own if layer.overrides for line in layer.text.splitlines()),
+        layers=tuple(own),
+        folder=folder,
         start_time=_start_time(top, stop_time),
         tolerance=_tolerance(top),
     )
@@ -135,6 +154,8 @@ def read(
 
 def _first_layer(source: str | Path | Mapping[str, Any]) -> tuple[str, Path, Layer]:
     """Name of the scene, the folder that its paths start from, and the layer that it is."""
+    if not isinstance(source, (str, Path, Mapping)):
+        raise SceneError(f"scene {source!r}: {type(source).__name__}; give the name of a scene, a file, or a table")
     if isinstance(source, Mapping):
         name = str(source.get("name", "scene"))
         raw = {key: value for key, value in source.items() if key != "name"}
@@ -143,12 +164,21 @@ def _first_layer(source: str | Path | Mapping[str, Any]) -> tuple[str, Path, Lay
     return path.stem, path.parent, load(path)
 
 
-def _title(top: Mapping[str, tuple[Any, Layer]], name: str) -> str:
+MAX_CHANGES = 3  # overrides that a title names
+
+
+def _title(top: Mapping[str, tuple[Any, Layer]], name: str, overrides: Sequence[str]) -> str:
+    """Title of the scene, and that it is modified, where overrides change more than the title itself."""
     value, layer = top.get("title", (name, None))
     if not isinstance(value, str):
         assert layer is not None
         layer.refuse("title", value, f"wrong type; give {KEYS['title']} in quotes")
-    return " ".join(value.split()) or name
+    title = " ".join(value.split()) or name
+    changes = [" ".join(text.split()) for text in overrides if not text.startswith(("title", "coupling.", "fidelity."))]
+    if not changes:
+        return title
+    more = f", and {len(changes) - MAX_CHANGES} more" if len(changes) > MAX_CHANGES else ""
+    return f"{title} (modified: {', '.join(changes[:MAX_CHANGES])}{more})"
 
 
 def _stop_time(top: Mapping[str, tuple[Any, Layer]], first: Layer) -> float:

@@ -111,14 +111,13 @@ def _sources(structure: Structure, component: Component) -> list[Connector]:
 
 
 def _experiment(archive: SSPArchive, root: etree._Element) -> dict[str, Any]:
-    """Stop time and macro step, where the archive gives them."""
+    """Start time, stop time and macro step, where the archive gives them."""
     raw: dict[str, Any] = {}
     experiment = root.find("ssd:DefaultExperiment", SPACES)
     if experiment is not None:
-        if attribute_number(archive, experiment, "startTime", 0.0, "DefaultExperiment") != 0.0:
-            archive.refuse("DefaultExperiment", "startTime is not 0; shift all times so that it is")
-        if "stopTime" in experiment.attrib:
-            raw["stop_time"] = attribute_number(archive, experiment, "stopTime", 0.0, "DefaultExperiment")
+        for attribute, key in {"startTime": "start_time", "stopTime": "stop_time"}.items():
+            if attribute in experiment.attrib:
+                raw[key] = attribute_number(archive, experiment, attribute, 0.0, "DefaultExperiment")
     for path, key in _STEPS:
         element = root.find(path)
         if element is not None:

@@ -160,14 +160,16 @@ class Structure:
             return
         if kind != _FMU:
             self.archive.refuse(f"Component {name}", f"type {kind!r} is not supported; give an FMU")
-        if element.get("implementation", "any") == "ModelExchange":
-            self.archive.refuse(
-                f"Component {name}", "implementation ModelExchange is not supported; export co-simulation"
-            )
         if any(component.name == name for component in self.components.values()):
             self.archive.refuse(f"Component {name}", "another component has the same name with its path; rename one")
         file = self.archive.file(self.archive.resolve(source, f"Component {name}"))
-        self.components[path] = Component(name, path, element, self.open_fmu(file))
+        fmu = self.open_fmu(file)
+        if element.get("implementation", "any") == "ModelExchange" and fmu.description.coSimulation is not None:
+            self.archive.refuse(
+                f"Component {name}",
+                "implementation ModelExchange is not used where an FMU offers co-simulation; remove it",
+            )
+        self.components[path] = Component(name, path, element, fmu)
         self._add_connectors(element, path, definitions)
 
     def _add_definition(

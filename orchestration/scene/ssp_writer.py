@@ -90,7 +90,7 @@ def _structure(scene: Scene, bound: str) -> etree._Element:
         _add(connection, "ssc:LinearTransformation", factor=repr(c.factor), offset=repr(c.offset))
     _simulation_information(system, scene)
     _units(root, "ssd:Units", [variable for variables in used.values() for variable in variables])
-    experiment = _add(root, "ssd:DefaultExperiment", startTime="0", stopTime=repr(scene.stop_time))
+    experiment = _add(root, "ssd:DefaultExperiment", startTime=repr(scene.start_time), stopTime=repr(scene.stop_time))
     # Older OMSimulators warn of an experiment without these.
     output = {"resultFile": f"{scene.name}.mat", "loggingInterval": "0.0", "bufferSize": "10"}
     etree.SubElement(_oms_annotations(experiment), f"{{{_OMS}}}SimulationInformation", output)

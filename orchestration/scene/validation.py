@@ -9,12 +9,14 @@ import math
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, NoReturn
 
 from ..cosim.signals import Constant, Impulse, Ramps, Signal, Sine, Steps, pulses
 from ..errors import SceneError
 from ..fmi import units
 from ..fmi.archive import Variable, similar
+from .columns import column_signal
 
 __all__ = ["SHAPES", "SIGNALS", "SIGNAL_TYPES", "TIME", "Layer", "flat", "number", "scalar", "signal"]
 
@@ -38,8 +40,9 @@ SHAPES: dict[str, dict[str, tuple[str, float | None]]] = {
         "start": ("time", 0.0),
     },
 }
-SIGNALS = ("steps", "ramps", *SHAPES)
+SIGNALS = ("steps", "ramps", "table", *SHAPES)
 SIGNAL_TYPES = (Constant, Steps, Ramps, Sine, Impulse)  # signals that Python hands over as they are
+_COMMA = re.compile(r"\s*[-+]?\d+,\d")
 MAX_PULSES = 100_000  # of a train: two events each, which a run steps to one by one
 MAX_SHOWN = 200  # characters of a value that a message repeats
 
@@ -53,6 +56,7 @@ class Layer:
     raw: Mapping[str, Any]
     numbered: bool = True  # whether the text is TOML, whose lines messages name
     overrides: bool = False  # whether it only changes what another layer says
+    folder: Path = Path()  # that its relative paths start from
 
     def refuse(self, key: str, value: Any, problem: str) -> NoReturn:
         """Raise SceneError with origin, line, key, value and problem."""
@@ -93,6 +97,8 @@ def number(layer: Layer, key: str, raw: Any, variable: Variable, difference: boo
     if isinstance(raw, bool) or not isinstance(raw, (int, float, str)):
         example = "" if variable.unit == "1" else f", or a text with a unit, such as '1 {variable.unit}'"
         layer.refuse(key, raw, f"wrong type; give a number in {variable.unit!r}{example}")
+    if isinstance(raw, str) and _COMMA.match(raw):
+        layer.refuse(key, raw, f"not a number with a unit; write a point: {raw.replace(',', '.', 1)!r}")
     try:
         value = (
             units.convert(
@@ -151,10 +157,13 @@ def _items(variable: Variable) -> str:
 
 def signal(layer: Layer, key: str, raw: Any, variable: Variable) -> Signal:
     """Read a signal: a constant, {steps = [[t, value], ...]}, {ramps = [[t, value], ...]}, or a table of SHAPES: {sine
-    = {offset, amplitude, period, phase}}, {impulse = {peak, width}}, {pulses = {high, width, period, count}}.
+    = {offset, amplitude, period, phase}}, {impulse = {peak, width}}, {pulses = {high, width, period, count}}, or
+    {table = {file, column}} (columns.py).
 
     Integer, Boolean and enumeration variables take constants and steps. Raises SceneError."""
     if isinstance(raw, SIGNAL_TYPES):
+        for value in raw.extremes:
+            _in_range(layer, key, type(raw).__name__, value, variable)
         return raw
     if not isinstance(raw, Mapping):
         return Constant(float(scalar(layer, key, raw, variable)))
@@ -167,6 +176,11 @@ def signal(layer: Layer, key: str, raw: Any, variable: Variable) -> Signal:
         layer.refuse(key, dict(raw), f"the variable is {variable.type}, so it cannot follow {kind}; give steps")
     if kind in SHAPES:
         return _shaped(layer, key, kind, content, variable)
+    if kind == "table":
+        try:
+            return column_signal(content, layer.folder, variable)
+        except ValueError as error:
+            layer.refuse(key, content, str(error))
     pairs: list[Any] = content if isinstance(content, list) and content else [None]
     if not all(isinstance(pair, list) and len(pair) == 2 for pair in pairs):
         layer.refuse(key, content, f"give {kind} as a list of pairs [time, value]")

@@ -1,0 +1,113 @@
+"""Signals from columns of CSV files.
+
+    V = { table = { file = "volts.csv", column = "V1", time = "t", interpolation = "linear" } }
+
+Values are joined by straight lines (linear) or held. The first row that is not a comment (#) has the names; a unit may
+follow in brackets: V1 [mV]. The first column is the time unless `time` names another."""
+
+from __future__ import annotations
+
+import csv
+import itertools
+import math
+import re
+from collections.abc import Mapping
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from ..cosim.signals import Ramps, Signal, Steps
+from ..fmi import units
+from ..fmi.archive import Variable, similar
+
+__all__ = ["ENTRIES", "column_signal"]
+
+ENTRIES = ("file", "column", "time", "interpolation")
+_INTERPOLATIONS: Mapping[str, type[Ramps | Steps]] = {"linear": Ramps, "held": Steps}
+_HEAD = re.compile(r"\s*(.*?)\s*(?:\[([^\[\]]*)\])?\s*")
+_TIME = Variable("time", 0, "Real", "local", "fixed", "", "s", {"s": 1})
+MAX_ROWS = 1_000_000  # of a table: each row of a linear one is an event at which a macro step ends
+
+
+def column_signal(content: Any, folder: Path, variable: Variable) -> Signal:
+    """Read a signal for a variable; relative files start from `folder`. Raises ValueError with problem and remedy."""
+    if not isinstance(content, Mapping) or "file" not in content:
+        raise ValueError(f"give table as {{ file = 'volts.csv', column = 'V1' }}; allowed: {', '.join(ENTRIES)}")
+    for key, value in content.items():
+        if key not in ENTRIES:
+            raise ValueError(f"table.{key}: unknown; {similar(str(key), ENTRIES)}")
+        if not isinstance(value, str):
+            raise ValueError(f"table.{key} = {value!r}: wrong type; give a text")
+    kind = content.get("interpolation", "linear")
+    if kind not in _INTERPOLATIONS:
+        raise ValueError(f"table.interpolation = {kind!r}: {similar(kind, _INTERPOLATIONS)}")
+    path = folder / content["file"]
+    names, stated, rows = _read(path, _modified(path))
+    time = _index(content.get("time", names[0]), names, "time")
+    if "column" not in content and len(names) > 2:
+        raise ValueError(f"table without column; allowed: {', '.join(name for name in names if name != names[time])}")
+    column = _index(content.get("column", names[1] if len(names) > 1 else names[0]), names, "column")
+    times, values = (
+        _converted([row[k] for row in rows], stated[k], about, path) for k, about in ((time, _TIME), (column, variable))
+    )
+    if any(b <= a for a, b in itertools.pairwise(times)):
+        raise ValueError(f"{path}: times must increase; sort the rows, one for each time")
+    for value in values:
+        if not variable.least <= value <= variable.most:
+            raise ValueError(f"{path}: {value:g} is out of range; allowed: {variable.least:g} to {variable.most:g}")
+    return _INTERPOLATIONS[kind](tuple(times), tuple(values))
+
+
+def _modified(path: Path) -> int:
+    try:
+        return path.stat().st_mtime_ns
+    except OSError as error:
+        raise ValueError(f"{path}: {(error.strerror or 'not found').lower()}; check the path of the table") from error
+
+
+@lru_cache(maxsize=8)
+def _read(path: Path, modified: int) -> tuple[list[str], list[str], list[list[float]]]:
+    """Names, units ('' where none) and rows of a file."""
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        raise ValueError(f"{path}: cannot be read: {error}; give a CSV file in UTF-8") from error
+    lines = [line for line in text.splitlines() if line.strip() and not line.startswith("#")]
+    if len(lines) < 2:
+        raise ValueError(f"{path}: no rows; give a line of names and at least one row of numbers")
+    if len(lines) > MAX_ROWS:
+        raise ValueError(f"{path}: more than {MAX_ROWS} rows; sample it more coarsely")
+    delimiter = next((d for d in ("\t", ";", ",") if d in lines[0]), ",")
+    head, *body = csv.reader(lines, delimiter=delimiter)
+    parts = [_HEAD.fullmatch(cell) for cell in head]
+    names, stated = [p[1] if p else "" for p in parts], [(p[2] or "") if p else "" for p in parts]
+    rows = []
+    for number, row in enumerate(body, 1):
+        try:
+            rows.append([float(cell) for cell in row])
+        except ValueError as error:
+            raise ValueError(f"{path}: row {number}: {error}; give numbers with a point") from error
+        if len(row) != len(names) or not all(map(math.isfinite, rows[-1])):
+            raise ValueError(
+                f"{path}: row {number}: {len(row)} cells for {len(names)} names, or not finite; correct it"
+            )
+    return names, stated, rows
+
+
+def _index(name: str, names: list[str], what: str) -> int:
+    if name not in names:
+        raise ValueError(f"table.{what} = {name!r}: no such column; {similar(name, names)}")
+    return names.index(name)
+
+
+def _converted(values: list[float], unit: str, variable: Variable, path: Path) -> list[float]:
+    """Values of a column in the variable's unit; units convert by a factor and an offset."""
+    if not unit or unit == variable.unit:
+        return values
+    dimension = variable.dimension if variable.has_unit else {}
+    how = (dimension, variable.unit, variable.relative, variable.factor, variable.offset)
+    try:
+        zero, one = (units.convert(f"{number} {unit}", *how) for number in (0.0, 1.0))
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}; give a unit that converts to {variable.unit!r}") from error
+    return [zero + (one - zero) * value for value in values]

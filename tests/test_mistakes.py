@@ -1,0 +1,263 @@
+"""Typical mistakes at the command line: one message with place, key, value and remedy, the right exit code, no
+traceback, no file left behind. Remedies are tried where they can be."""
+
+from __future__ import annotations
+
+import errno
+import os
+import warnings
+from collections.abc import Sequence
+from pathlib import Path
+
+import pytest
+import tca_cosim as tca
+import xarray as xr
+from tca_cosim import results
+from tca_cosim.cli import app, console
+from typer.testing import CliRunner, Result
+
+SHORT = ("--set", "stop_time=0.2")
+SCENE = """stop_time = "0.2 s"
+[thermal]
+V = [0, 1.5, 3]
+[rod]
+dynamic = false
+"""
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(console.out, "width", 200)
+    (tmp_path / "good.toml").write_text(SCENE)
+    (tmp_path / "data.csv").write_text("t,V1\n0,0\n1,2\n")
+    (tmp_path / "folder").mkdir()
+    return tmp_path
+
+
+def call(*arguments: str) -> Result:
+    return CliRunner().invoke(app, list(arguments))
+
+
+def set_in(*overrides: str) -> list[str]:
+    return ["run", "good.toml", *(part for override in overrides for part in ("--set", override))]
+
+
+# what is typed, what the message has
+MISTAKES: dict[str, tuple[Sequence[str], Sequence[str]]] = {
+    "scene misspelt": (["run", "stepp"], ["'stepp'", "did you mean 'step'"]),
+    "scene of another name": (["run", "nothing"], ["no scene 'nothing'", "nearest: "]),
+    "scene file missing": (["run", "mine.toml"], ["'mine.toml': no such file", "check the path"]),
+    "scene file in a missing folder": (["run", "there/mine.toml"], ["no such file", "check the path"]),
+    "scene is a folder": (["run", "folder"], ["folder: a folder", "give a .toml or .ssp file"]),
+    "scene is a table of data": (["run", "data.csv"], ["data.csv: a file, but not a scene", ".toml or .ssp"]),
+    "scene is not TOML": (["run", "bad.toml"], ["bad.toml: not valid TOML", "line 1"]),
+    "scene is not text": (["run", "latin.toml"], ["latin.toml: not a text in UTF-8", "save the file as UTF-8"]),
+    "scene is UTF-16": (["run", "wide.toml"], ["wide.toml: not a text in UTF-8"]),
+    "archive is not one": (["run", "bad.ssp"], ["bad.ssp: not a readable SSP archive"]),
+    "override without value": (set_in("rod.order"), ["--set 'rod.order'", "key=value"]),
+    "override without key": (set_in("=2"), ["not of the form key=value"]),
+    "override of table and key": (set_in("rod=3", "rod.order=2"), ["set as a whole as well; keep one"]),
+    "key misspelt": (set_in("rod.ordr=2"), ["rod.ordr", "did you mean 'order'"]),
+    "section misspelt": (set_in("rodd.order=2"), ["rodd", "did you mean 'rod'"]),
+    "top key misspelt": (set_in("stoptime=2"), ["stoptime", "did you mean 'stop_time'"]),
+    "input misspelt": (set_in("rod.gravty=2"), ["rod.gravty", "did you mean 'gravity'"]),
+    "input that is none": (set_in("rod.volume=2"), ["no such variable in rod.fmu", "nearest: ", "of "]),
+    "element beyond the vector": (set_in("thermal.V[7]=2"), ["thermal.V[7] = 2: no such element; V has V[1] to V[3]"]),
+    "coupling key misspelt": (set_in("coupling.macrostep=1"), ["did you mean 'macro_step'"]),
+    "coupling method misspelt": (set_in("coupling.method=newtn"), ["did you mean 'newton'"]),
+    "unit of another quantity": (set_in("thermal.V[1]=1 mm"), ["'mm' does not fit", "'V'"]),
+    "unit unknown": (set_in("thermal.V[1]=1 bolt"), ["unit 'bolt' is not known", "'V'"]),
+    "unit of an angle": (set_in("tca.azimuth=1 Hz"), ["'Hz' does not fit"]),
+    "number misspelt": (set_in("thermal.V[1]=1,5"), ["'1,5': not a number with a unit; write a point: '1.5'"]),
+    "number as text": (set_in("thermal.V[1]=much"), ["not a number with a unit"]),
+    "nan": (set_in("thermal.V[1]=nan"), ["not finite"]),
+    "infinite": (set_in("rod.body.E=inf"), ["not finite"]),
+    "boolean as number": (set_in("rod.dynamic=1"), ["allowed: true, false"]),
+    "fraction as integer": (set_in("rod.order=2.5"), ["give a whole number"]),
+    "integer out of range": (set_in("rod.order=99"), ["out of range; allowed: 0 to 7"]),
+    "item misspelt": (set_in("rod.closure=insid"), ["did you mean 'inside'"]),
+    "item number": (set_in("rod.closure=7"), ["not the value of an item", "inside, exchanged"]),
+    "length negative": (set_in("body.length=-40 mm"), ["body.length", "-40 mm", "out of range"]),
+    "length zero": (set_in("body.length=0"), ["out of range"]),
+    "output set": (set_in("rod.delta=1"), ["is output; only parameters and inputs can be set"]),
+    "vector too short": (set_in("thermal.V=[1, 2]"), ["2 values for 3 elements of V; give 3"]),
+    "list for a scalar": (set_in("rod.order=[1]"), ["wrong type; give a whole number"]),
+    "stop time negative": (set_in("stop_time=-1"), ["stop_time = -1", "positive"]),
+    "stop time as date": (set_in("stop_time=2020-01-01"), ["stop_time", "wrong type"]),
+    "macro step zero": (set_in("coupling.macro_step=0"), ["out of range"]),
+    "macro step in metres": (set_in("coupling.macro_step=1 m"), ["'m' does not fit"]),
+    "title is a number": (set_in("title=3"), ["title = 3: wrong type", "in quotes"]),
+    "parameter set misspelt": (set_in("parameters=fig4"), ["did you mean 'fig3'"]),
+    "parameter set of wrong type": (set_in("parameters=3"), ["parameters = 3: wrong type"]),
+    "signal unknown": (
+        set_in("thermal.V[1]={step=[[0, 1]]}"),
+        ["thermal.V[1]", "'step' is not a signal; did you mean 'steps'"],
+    ),
+    "signal without period": (set_in("thermal.V[1]={sine={amplitude=1}}"), ["sine without period; add it"]),
+    "signal backwards": (set_in("thermal.V[1]={steps=[[1, 1], [0, 2]]}"), ["times must increase"]),
+    "signal for a parameter": (set_in("rod.body.E={steps=[[0, 1]]}"), ["rod.body.E", "wrong type"]),
+    "table missing": (set_in("thermal.V[1]={table={file='no.csv'}}"), ["no.csv: no such file", "check the path"]),
+    "column missing": (
+        set_in("thermal.V[1]={table={file='data.csv', column='V2'}}"),
+        ["no such column; allowed:"],
+    ),
+    "geometry in one FMU": (set_in("rod.body.length=60 mm"), ["describe one manipulator", "--set body.length"]),
+    "geometry twice": (set_in("rod.body.length=60 mm", "thermal.body.length=50 mm"), ["describe one manipulator"]),
+    "geometry misspelt": (set_in("body.lenth=60 mm"), ["no FMU has it; did you mean 'body.length'"]),
+    "geometry impossible": (set_in("tca.offset=4.9 mm"), ["thermal: "]),
+    "FMU missing": (set_in("fmus.rod=rot.fmu"), ["rot.fmu", "did you mean 'rod.fmu'"]),
+    "FMU not one": (set_in("fmus.rod=data.csv"), ["data.csv: not a readable FMU"]),
+    "FMU with the name of a key": (set_in("fmus.coupling=rod.fmu"), ["taken by a key of scenes; rename"]),
+    "connection without arrow": (set_in("connections=['thermal.T rod.T']"), ["give 'fmu.output -> fmu.input'"]),
+    "connection of no FMU": (
+        set_in("connections=['therml.T -> rod.T']"),
+        ["no FMU 'therml'"],
+    ),
+    "connection of no output": (set_in("connections=['thermal.Q -> rod.T']"), ["not an output"]),
+    "connection of unlike units": (set_in("connections=['rod.delta -> rod.T']"), ["do not measure the same quantity"]),
+    "connection of unlike counts": (set_in("connections=['thermal.T -> rod.T[1]']"), ["3 outputs for 1 inputs"]),
+    "fidelity misspelt": (set_in("fidelity.level=automatic"), ["fidelity.level", "auto"]),
+    "result of none": (["report"], ["name a scene or --from RESULT.nc"]),
+    "result missing": (["report", "--from", "no.nc"], ["no.nc"]),
+    "result is not one": (["report", "--from", "data.csv"], ["data.csv"]),
+    "result with overrides": (["report", "--from", "data.csv", "--set", "rod.order=2"], ["cannot be changed"]),
+    "name of a file with a slash": (["run", "good.toml", "--name", "a/b"], ["--name 'a/b': not the name of a file"]),
+    "export of nothing": (["export"], ["--ssp FILE.ssp"]),
+    "new over an older file": (["new", "good.toml"], ["exists already; give another name"]),
+    "new with another ending": (["new", "mine.txt"], ["give mine.toml"]),
+    "key to explain misspelt": (["explain", "thermal.VV"], ["no such key", "did you mean 'thermal.V"]),
+    "old name of a command": (["fit", "step"], ["run `tca-cosim select step`"]),
+}
+
+
+@pytest.mark.parametrize("mistake", MISTAKES)
+def test_a_mistake_is_one_message(mistake: str, here: Path) -> None:
+    (here / "bad.toml").write_text("stop_time = = 3\n")
+    (here / "latin.toml").write_bytes('title = "Täst"\n'.encode("latin-1"))
+    (here / "wide.toml").write_bytes("stop_time = 3\n".encode("utf-16"))
+    (here / "bad.ssp").write_text("no archive")
+    before = {path.name for path in here.rglob("*")}
+    arguments, words = MISTAKES[mistake]
+    done = call(*arguments)
+    assert done.exit_code == 2, done.output
+    assert done.stderr.count("error: ") == 1
+    assert "Traceback" not in done.output
+    assert "unexpected" not in done.stderr
+    message = " ".join(done.stderr.split())
+    assert len(message) < 700, message
+    for word in words:
+        assert word in message
+    assert {path.name for path in here.rglob("*")} == before
+
+
+REMEDIES = {
+    "run stepp": ["run", "step", *SHORT],
+    "run good.toml --set rod.ordr=2": set_in("rod.order=2"),
+    "run good.toml --set body.lenth='60 mm'": set_in("body.length=60 mm"),
+    "run good.toml --set rod.body.length='60 mm'": set_in("body.length=0.06 m"),
+    "run good.toml --set tca.azimuth[2]": set_in("tca.azimuth[2]=2 rad"),
+    "run good.toml --set 'thermal.V[1]={table=...}'": set_in("thermal.V[1]={table={file='data.csv', column='V1'}}"),
+    "new mine.txt": ["new", "mine.toml"],
+    "explain V": ["explain", "thermal.V"],
+}
+
+
+@pytest.mark.parametrize("wrong", REMEDIES)
+def test_remedies_work(wrong: str, here: Path) -> None:
+    done = call(*REMEDIES[wrong])
+    assert done.exit_code == 0, done.output
+
+
+def test_full_disks_and_missing_permissions_are_one_line(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for code, words in {errno.ENOSPC: "no space left on device; free some space", errno.EACCES: "--out"}.items():
+
+        def fail(*_: object, code: int = code) -> None:
+            raise OSError(code, os.strerror(code), "results/good.nc")
+
+        monkeypatch.setattr(results, "write", fail)
+        done = call("run", "good.toml")
+        assert done.exit_code == 2
+        assert "error: results/good.nc: " in done.stderr
+        assert words in done.stderr
+
+
+def test_an_interrupted_run_keeps_what_was_computed(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupt(time: float) -> None:
+        if time > 0.15:
+            raise KeyboardInterrupt
+
+    with pytest.raises(tca.Interrupted, match=r"stopped by the user at t = .* of 0\.5 s") as caught:
+        tca.run("good.toml", {"stop_time": 0.5}, interrupt)
+    assert caught.value.partial["time"].size >= 2
+    monkeypatch.setattr(console, "watched", lambda scene, solve: solve(interrupt))
+    done = call("run", "good.toml", "--set", "stop_time=0.5")
+    assert done.exit_code == 130
+    assert "good.partial.nc" in done.stdout
+    assert "partial: stopped by the user" in results.read(here / "results" / "good.partial.nc").attrs["status"]
+
+
+def test_unexpected_errors_are_one_line_too(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(*_: object) -> None:
+        raise TypeError("a fault\nof two lines")
+
+    monkeypatch.setattr(results, "write", fail)
+    done = call("run", "good.toml")
+    assert done.exit_code == 70
+    assert "unexpected TypeError: a fault of two lines; this is a fault of tca-cosim" in done.stderr
+    monkeypatch.setenv(console.TRACEBACK, "1")
+    assert isinstance(call("run", "good.toml").exception, TypeError)
+
+
+def test_results_of_other_settings_are_kept(here: Path) -> None:
+    for override in ((), (), ("--set", "thermal.V[3]=2 V")):
+        done = call("run", "good.toml", *override)
+        assert done.exit_code == 0, done.output
+    folder = here / "results"
+    assert sorted(file.name for file in folder.iterdir()) == [
+        *("good.csv", "good.nc", "good.previous.csv", "good.previous.nc")
+    ]
+    assert "kept, since its settings differ: results/good.previous.nc" in done.stdout
+    assert "(modified: thermal.V[3]=2 V)" in done.stdout
+    assert results.read(folder / "good.previous.nc")["thermal.V"][-1, 2] == 3.0
+    assert call("run", "good.toml", "--name", "other").exit_code == 0
+    assert results.read(folder / "other.nc").attrs["scene"] == "other"
+
+
+def test_a_run_tells_its_outcome(here: Path) -> None:
+    lines = call("run", "good.toml").stdout.splitlines()
+    lines = lines[lines.index("good") :]
+    assert lines[1].startswith("tip at 0.2 s: x ")
+    assert lines[1].endswith(" mm")
+    assert lines[2].startswith("angles at 0.2 s: x ")
+    assert lines[3].startswith("hottest TCA: 3, mean ")
+    assert "degC at 0.2 s" in lines[3]
+    assert lines[4].startswith("coupling: 2 macro steps, ")
+
+
+def test_the_version_and_groups_of_commands(here: Path) -> None:
+    assert call("--version").stdout == f"tca-cosim {tca.__version__}\n"
+    shown = call("--help").stdout
+    for group in ("Simulate", "Look at results", "Verify", "Study", "Benchmark"):
+        assert group in shown
+
+
+def test_a_new_scene_runs(here: Path) -> None:
+    assert call("new", "mine.toml").exit_code == 0
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        scene = tca.read("mine.toml")
+    default = tca.read("step", {"rod.order": 4})
+    for member in scene.members:
+        for vector in ("tca.azimuth",):
+            assert member.reals(vector) == pytest.approx(default.member(member.name).reals(vector))
+        assert member.value("body.length") == default.member(member.name).value("body.length")
+    assert isinstance(tca.run(scene, {"stop_time": 0.2}), xr.Dataset)
+
+
+def test_keys_are_explained(here: Path) -> None:
+    assert call("explain", "coupling.method").stdout.splitlines()[0].startswith("coupling.method: ")
+    shown = call("explain", "rod.closure").stdout
+    assert "allowed: inside, exchanged" in shown
+    assert "unit K" in call("explain", "T_0").stdout
+    assert call("explain", "stop_time").stdout.startswith("stop_time: [s]")
