@@ -47,7 +47,7 @@ def test_a_scene_file_runs_from_anywhere(tmp_path: Path) -> None:
     [
         (["run", "stepp"], "did you mean 'step'"),
         (["run", "step", "--set", "rod.order=99"], "allowed: 0 to 7"),
-        (["run", "step", "--set", "thermal.tca.offset=4.9 mm"], "thermal: "),
+        (["run", "step", "--set", "tca.offset=4.9 mm"], "thermal: "),
         (["run", "step", "--set", "thermal.V[2]=nan"], "not finite"),
         (["export"], "--ssp FILE.ssp"),
     ],
