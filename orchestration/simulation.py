@@ -24,11 +24,14 @@ from .cosim.time_loop import drive
 from .cosim.topology import Connection
 from .errors import CosimError, FmuWarning, Interrupted, SceneError, SubsystemError
 from .fmi.archive import Variable
+from .fmi.isolated import IsolatedInstance
 from .fmi.model_exchange import ModelExchangeInstance
 from .fmi.slave import Slave
 from .scene import Member, Scene
 
 __all__ = ["OpenSimulation", "load_member", "open_simulation", "recorded_variables", "run", "run_to_end"]
+
+Instance = Slave | ModelExchangeInstance | IsolatedInstance
 
 LONGEST = 100.0  # longest step of a control that adapts it, in macro steps: beyond, a run shows too few points
 
@@ -38,7 +41,7 @@ class OpenSimulation:
     """The FMUs of a scene, loaded, wired and initialised."""
 
     scene: Scene
-    slaves: tuple[Slave | ModelExchangeInstance, ...]
+    slaves: tuple[Instance, ...]
     master: Master
 
     def steps(
@@ -151,9 +154,16 @@ def run_to_end(ready: OpenSimulation, progress: Callable[[float], None] = lambda
     return ready.collect(first, logs, "complete")
 
 
-def _instance(scene: Scene, member: Member) -> Slave | ModelExchangeInstance:
-    """Return an instance for co-simulation, or for model exchange where the FMU offers nothing else."""
-    kind = ModelExchangeInstance if member.archive.description.coSimulation is None else Slave
+def _instance(scene: Scene, member: Member) -> Instance:
+    """Return an instance for co-simulation, or for model exchange where the FMU offers nothing else.
+
+    A second instance of an FMU that allows one per process gets a process of its own.
+    """
+    kind: type[Slave] | type[ModelExchangeInstance] | type[IsolatedInstance] = Slave
+    if member.archive.description.coSimulation is None:
+        kind = ModelExchangeInstance
+    if member.archive.once_per_process and _first_of_its_fmu(scene, member) is not member:
+        kind = IsolatedInstance
     fed = [c.target[1] for c in scene.connections if c.target[0] == member.name]
     return kind(
         member.archive,
@@ -173,13 +183,17 @@ def load_member(scene: Scene, member: Member) -> Recorder:
     return _instance(scene, member)
 
 
+def _first_of_its_fmu(scene: Scene, member: Member) -> Member:
+    return next(m for m in scene.members if m.archive.digest == member.archive.digest)
+
+
 def recorded_variables(member: Member) -> list[Variable]:
     """Return the variables of a member that a result shows: its inputs and outputs, and what the scene asks for."""
     variables = member.archive.variables.values()
     return [v for v in variables if v.causality in ("input", "output") or v.name in member.recorded]
 
 
-def _converted(slave: Slave | ModelExchangeInstance, connections: Sequence[Connection]) -> Recorder:
+def _converted(slave: Instance, connections: Sequence[Connection]) -> Recorder:
     """Return the subsystem, behind the conversions of the connections that feed it if there are any."""
     into = [c for c in connections if c.target[0] == slave.name and c.transforms]
     return convert_inputs(slave, {c.target[1]: (c.factor, c.offset) for c in into}) if into else slave

@@ -415,6 +415,41 @@ def test_two_of_one_fmu_share_no_globals(
         assert (result["a.y"][-1], result["b.y"][-1]) == (first, 5.0)
 
 
+def test_one_instance_per_process_means_another_process(make: Callable, scene: Callable) -> None:
+    """All that a run needs goes through to it: values of all types, a loop with rollback, warnings, the end."""
+    step = """
+    real[2] = getpid();
+    integer[1] = integer[0] + 1;
+    snprintf(string[1], TEXT, "<%s>", string[0]);
+    LOG(fmi2Warning, "careful");
+    if (real[4] > 0 && t + h > 0.6) { m->reached = 0.6; m->terminated = 1; return fmi2Discard; }
+    """
+    numbers = [real("u", "input", start=0.0), real("y"), real("process"), real("k", "parameter", start=1.0)]
+    numbers.append(real("last", "parameter", start=0.0))
+    others = [integer("n", "input", start=0), integer("more"), string("text", "input", start="none"), string("shown")]
+    fmu = make(
+        "p", [*numbers, *others], head="#include <unistd.h>", step=step, output="real[1] = real[3] * real[0] + 1.0;",
+        co_simulation=ONCE,
+    )  # fmt: skip
+    wires = ("a.y -> b.u", "b.y -> a.u", "a.more -> b.n", "a.shown -> b.text")
+    with pytest.warns(FmuWarning, match="careful") as caught:
+        result = tca.run(scene({"a": fmu, "b": fmu}, *wires, a={"k": 2.0}, b={"k": -3.0, "last": 1.0}))
+    assert result["a.process"][-1] != result["b.process"][-1]
+    np.testing.assert_allclose(result["a.y"][1:], 3.0 / 7.0, atol=1e-6)  # y = 2 (1 - 3 y) + 1
+    assert result["b.more"].values[-1] == 2
+    assert result["b.shown"].values[-1] == "<<none>>"
+    assert float(result["time"][-1]) == pytest.approx(0.6)
+    assert len(caught) == 2
+
+
+def test_a_process_that_dies_is_an_error(make: Callable, scene: Callable) -> None:
+    fmu = make(
+        "p", [real("y"), real("k", "parameter", start=0.0)], step="if (real[1] > 0) abort();", co_simulation=ONCE
+    )
+    with pytest.raises(tca.CosimError, match=r"b: its process ended \(exit code -6\)"):
+        tca.run(scene({"a": fmu, "b": fmu}, b={"k": 1.0}))
+
+
 # -- files -------------------------------------------------------------------------------------------------------------
 
 

@@ -48,19 +48,25 @@ class Archive:
     def __init__(self, path: Path) -> None:
         self.path = path
         try:
-            self.description, root = _read(path)
-        except Exception as error:  # parsers fail in many ways
+            content = _content(path)
+            root = etree.fromstring(content, etree.XMLParser(resolve_entities=False, no_network=True, huge_tree=True))
+        except Exception as error:  # archives and parsers fail in many ways
             raise SceneError(f"{path}: not a readable FMU ({_reason(error)})") from error
-        version = self.description.fmiVersion
-        if self.description.fmiMajorVersion != 2:
+        version = root.get("fmiVersion")
+        if version != "2.0":
             raise SceneError(f"{path}: made for FMI {version}; export it for FMI 2.0, as co-simulation")
-        if self.description.coSimulation is None and self.description.modelExchange is None:
-            raise SceneError(f"{path}: offers neither co-simulation nor model exchange; export it with one of them")
-        units = {unit.name: unit.baseUnit for unit in self.description.unitDefinitions}
         try:
-            self.variables: dict[str, Variable] = read_variables(root, units)
+            self.variables: dict[str, Variable] = read_variables(root)
         except SceneError as error:
             raise SceneError(f"{path}: {error}") from error
+        try:
+            self.description = _described(content)
+        except Exception as error:  # fmpy expects what the schema says
+            raise SceneError(
+                f"{path}: modelDescription.xml is not valid ({_reason(error)}); export it again"
+            ) from error
+        if self.description.coSimulation is None and self.description.modelExchange is None:
+            raise SceneError(f"{path}: offers neither co-simulation nor model exchange; export it with one of them")
         self._folders: list[tempfile.TemporaryDirectory[str]] = []
 
     @property
@@ -83,6 +89,12 @@ class Archive:
     def vectors(self) -> dict[str, tuple[str, ...]]:
         """Base name -> names of the elements in the order of their indices."""
         return {base: vector.elements for base, vector in self.arrays.items()}
+
+    @property
+    def once_per_process(self) -> bool:
+        """Whether a process may hold one instance only (canBeInstantiatedOnlyOncePerProcess)."""
+        interface = self.description.coSimulation or self.description.modelExchange
+        return interface is not None and interface.canBeInstantiatedOnlyOncePerProcess
 
     @property
     def reentrant(self) -> bool:
@@ -205,21 +217,24 @@ def similar(word: str, known: Iterable[str]) -> str:
     return f"nearest: {', '.join(nearest)} (of {len(names)})"
 
 
-def _read(path: Path) -> tuple[ModelDescription, etree._Element]:
-    """Read modelDescription.xml.
-
-    Its schema is checked by whoever makes the FMU; a scene needs only what is read here.
-    """
+def _content(path: Path) -> bytes:
+    """Return the bytes of modelDescription.xml."""
     with open_archive(path) as file:
         try:
-            content = read_member(file, "modelDescription.xml")
+            return read_member(file, "modelDescription.xml")
         except KeyError as error:
             raise ValueError(f"no modelDescription.xml at its top; {_misplaced(path)}") from error
-    root = etree.fromstring(content, etree.XMLParser(resolve_entities=False, no_network=True, huge_tree=True))
+
+
+def _described(content: bytes) -> ModelDescription:
+    """Return interfaces and structure by fmpy.
+
+    The schema is checked by whoever makes the FMU; a scene needs only what is read here.
+    """
     plain = io.BytesIO()
     with zipfile.ZipFile(plain, "w") as archive:
         archive.writestr("modelDescription.xml", content)
-    return read_model_description(plain, validate=False), root
+    return read_model_description(plain, validate=False)
 
 
 def _misplaced(path: Path) -> str:

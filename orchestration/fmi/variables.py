@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 from lxml import etree
 
 from ..errors import SceneError
 
-__all__ = ["TYPES", "Value", "Variable", "base_unit_exponents", "read_variables"]
+__all__ = ["TYPES", "Unit", "Value", "Variable", "read_variables"]
 
 Value = float | int | bool | str
 TYPES = ("Real", "Integer", "Boolean", "String", "Enumeration")
@@ -65,20 +66,21 @@ class Variable:
         return self.items[self.item_values.index(int(value))]
 
 
-def base_unit_exponents(base: Any) -> dict[str, int]:
-    """Return the exponents of the SI base units in a BaseUnit of FMI or SSP as fmpy reads it; {} for none."""
-    return {} if base is None else {unit: getattr(base, unit) for unit in BASE_UNITS if getattr(base, unit)}
+class Unit(NamedTuple):
+    """Definition of a unit: a value in SI base units is factor * value + offset."""
+
+    exponents: dict[str, int]  # of BASE_UNITS, those that are not 0
+    factor: float
+    offset: float
 
 
-def read_variables(root: etree._Element, units: Mapping[str, Any]) -> dict[str, Variable]:
+def read_variables(root: etree._Element) -> dict[str, Variable]:
     """Read all variables of an FMI 2.0 model description.
 
     Parameters
     ----------
     root
         Root element of modelDescription.xml.
-    units
-        Name of a unit -> its BaseUnit as fmpy reads it, None where it has none.
 
     Returns
     -------
@@ -88,21 +90,47 @@ def read_variables(root: etree._Element, units: Mapping[str, Any]) -> dict[str, 
     Raises
     ------
     SceneError
-        Names the variable, its line and the attribute that cannot be read.
+        Names the element, its line and the attribute that cannot be read.
     """
+    units = {}
+    for unit in root.iterfind("UnitDefinitions/Unit"):
+        with _naming("unit", unit):
+            units[unit.get("name", "")] = _unit(unit.find("BaseUnit"))
     types = {t.get("name", ""): _type_element(t) for t in root.iterfind("TypeDefinitions/SimpleType")}
     variables: dict[str, Variable] = {}
     for element in root.iterfind("ModelVariables/ScalarVariable"):
-        name = element.get("name", "")
-        where = f"variable {name!r} (line {element.sourceline} of modelDescription.xml)"
-        try:
+        with _naming("variable", element):
             variable = _variable(element, types, units)
-        except ValueError as error:
-            raise SceneError(f"{where}: {error}; correct it in the XML, or export the FMU again") from error
-        if name in variables:
-            raise SceneError(f"{where}: the name is declared twice; export the FMU again")
-        variables[name] = variable
+            if variable.name in variables:
+                raise ValueError("the name is declared twice")
+        variables[variable.name] = variable
     return variables
+
+
+@contextlib.contextmanager
+def _naming(kind: str, element: etree._Element) -> Iterator[None]:
+    """Turn a ValueError into a SceneError that names the element."""
+    try:
+        yield
+    except ValueError as error:
+        name = element.get("name", "")
+        raise SceneError(
+            f"{kind} {name!r} (line {element.sourceline} of modelDescription.xml): {error}; correct it in the XML, or "
+            "export the FMU again"
+        ) from error
+
+
+def _unit(base: etree._Element | None) -> Unit | None:
+    """Read a BaseUnit; None where a unit has none."""
+    if base is None:
+        return None
+    powers = {name: _parsed(name, base.get(name, "0"), int) for name in BASE_UNITS}
+    factor, offset = (
+        _parsed(key, base.get(key, default), float) for key, default in (("factor", "1"), ("offset", "0"))
+    )
+    if not (math.isfinite(factor) and math.isfinite(offset)) or factor == 0.0:
+        raise ValueError(f"factor = {factor}, offset = {offset} define no unit")
+    return Unit({name: power for name, power in powers.items() if power}, factor, offset)
 
 
 def _type_element(parent: etree._Element) -> etree._Element | None:
@@ -110,7 +138,7 @@ def _type_element(parent: etree._Element) -> etree._Element | None:
 
 
 def _variable(
-    element: etree._Element, types: Mapping[str, etree._Element | None], units: Mapping[str, Any]
+    element: etree._Element, types: Mapping[str, etree._Element | None], units: Mapping[str, Unit | None]
 ) -> Variable:
     name, own = element.get("name", ""), _type_element(element)
     if not name:
@@ -141,7 +169,7 @@ def _variable(
         variability=element.get("variability", "continuous" if kind == "Real" else "discrete"),
         description=element.get("description", ""),
         unit=unit or "1",
-        dimension=None if base is None else base_unit_exponents(base),
+        dimension=None if base is None else base.exponents,
         nominal=abs(number("nominal", 1.0)) or 1.0,  # some exporters write 0, which FMI does not allow
         least=max(least, number("min", -math.inf)),
         most=min(most, number("max", math.inf)),
@@ -149,8 +177,8 @@ def _variable(
         items=tuple(name for name, _ in items),
         item_values=tuple(value for _, value in items),
         has_unit=bool(unit),
-        factor=1.0 if base is None else float(base.factor),
-        offset=0.0 if base is None else float(base.offset),
+        factor=1.0 if base is None else base.factor,
+        offset=0.0 if base is None else base.offset,
         relative=attribute("relativeQuantity") in ("true", "1"),
         declared_type=own.get("declaredType", ""),
     )
