@@ -61,7 +61,8 @@ class ModelExchangeInstance(Instance):
     def _prepare(self, interface: ModelExchange) -> None:
         description = self._archive.description
         self._saves_state = interface.canGetAndSetFMUstate
-        self._needs_completed_step = not interface.completedIntegratorStepNotNeeded
+        self._needs_completed_step = interface.needsCompletedIntegratorStep
+        self._ended: TerminationRequest | None = None  # at the end of a step, which is whole
         self._continuous_columns = np.array([k for k, v in enumerate(self._driven_variables) if not v.discrete], int)
         self._discrete_columns = np.array([k for k, v in enumerate(self._driven_variables) if v.discrete], int)
         self._continuous = Group([self._driven_variables[k] for k in self._continuous_columns])
@@ -133,9 +134,26 @@ class ModelExchangeInstance(Instance):
             self._handle_event()
 
     def step(self, time: float, length: float) -> None:
-        """Advance from `time` by `length` [s]. Raises SubsystemError, TerminationRequest."""
+        """Advance from `time` by `length` [s].
+
+        Raises SubsystemError, and TerminationRequest where the FMU ends the simulation within the step, or ended it
+        where this one starts.
+        """
+        if self._ended is not None and self._ended.reached <= time + TIME_RTOL * max(abs(time), length):
+            raise TerminationRequest(str(self._ended), time)
         self._origin = self._time = self._log.time = time
         self._length = length
+        try:
+            self._advance(time, length)
+        except TerminationRequest as request:
+            if request.reached < time + length * (1.0 - TIME_RTOL):
+                raise
+            self._ended = request  # the step is whole
+        self._log.time = time + length
+        self._steps += 1
+
+    def _advance(self, time: float, length: float) -> None:
+        """Integrate over a step, with the events in it."""
         end, at_once, first = time + length, 0, self._events
         last = end + TIME_RTOL * max(abs(end), length)
         while self._time < end or self._next_event <= last:
@@ -148,8 +166,6 @@ class ModelExchangeInstance(Instance):
                         f"{self.name}: {self._events - first} events between t = {time:.6g} s and {self._time:.6g} s; "
                         "the model switches forth and back, give it a hysteresis"
                     )
-        self._log.time = end
-        self._steps += 1
 
     def rates(self) -> np.ndarray:
         """Return the time derivatives of the outputs now (n_y,), by differences of second order along the solution."""
