@@ -20,6 +20,8 @@ from tca_cosim import results
 from tca_cosim.errors import FmuWarning
 from tca_cosim.fmi.archive import Archive, cached_archive
 from tca_cosim.scene import read
+from tca_cosim.verification import reference
+from tca_cosim.verification.monolith.integration import solve_monolith
 
 HELD = {"exchange": "held", "waveform": "held"}
 COUNTER = {
@@ -362,6 +364,9 @@ def test_start_time_stop_time_and_tolerance_are_handed_over(make: Callable, scen
     assert [float(result[f"e.{name}"][0]) for name in "abc"] == [2.0, 3.0, 1e-5]
     assert result["time"].values.tolist() == [2.0, 2.25, 2.5, 2.75, 3.0]
     assert result["e.now"].values.tolist() == result["time"].values.tolist()
+    for solve in (solve_monolith, reference.run):
+        with pytest.raises(tca.SceneError, match=r"start_time = 0.5 s: the (monolith|reference) starts at 0 s; remove"):
+            solve(tca.read("step", {"stop_time": 1.0, "start_time": 0.5}))
     with pytest.raises(tca.SceneError, match=r"start_time = 4.0: not before the stop time, 3 s"):
         scene({"e": fmu}, stop=3.0, start_time=4.0)
 

@@ -165,6 +165,8 @@ class System:
 def assembled(scene: Scene) -> Iterator[System]:
     """The system of a scene that is closed_inside(); freed at the end. Raises SceneError, SubsystemError."""
     _refuse_discrete_wires(scene)
+    if scene.start_time:
+        raise SceneError(f"{scene.name}: start_time = {scene.start_time:g} s: the monolith starts at 0 s; remove it")
     with contextlib.ExitStack() as stack:
         for member in scene.members:
             stack.callback(member.archive.close)

@@ -181,6 +181,8 @@ def _iterate_feedback(
 
 
 def _check(scene: Scene, thermal: Member | None, rod: Member | None) -> None:
+    if scene.start_time:
+        raise SceneError(f"{scene.name}: start_time = {scene.start_time:g} s: the reference starts at 0 s; remove it")
     known = [m for m in (thermal, rod) if m]
     for m in scene.members:
         if m not in known:
