@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -11,7 +12,8 @@ import xarray as xr
 
 from . import scene as scenes
 from .cosim.signals import Constant, Ramps, Signal
-from .errors import SceneError
+from .errors import SceneError, SceneWarning
+from .results.plausibility import doubtful
 from .scene import Scene
 from .studies.model_selection import run_selected
 
@@ -86,7 +88,11 @@ def run(
     CouplingError
         The loop cannot be closed. The result until then is the error's `partial`.
     """
-    return run_selected(read(scene, overrides), progress)
+    described = read(scene, overrides)
+    result = run_selected(described, progress)
+    for text in doubtful(described, result):
+        warnings.warn(text, SceneWarning, stacklevel=2)
+    return result
 
 
 def _applied(source: Source, overrides: Overrides) -> Scene:

@@ -104,6 +104,8 @@ MISTAKES: dict[str, tuple[Sequence[str], Sequence[str]]] = {
     ),
     "geometry in one FMU": (set_in("rod.body.length=60 mm"), ["describe one manipulator", "--set body.length"]),
     "geometry twice": (set_in("rod.body.length=60 mm", "thermal.body.length=50 mm"), ["describe one manipulator"]),
+    "profile without values": (set_in("rod.body.profile=given"), ["body.stiffness[1]", "give all six"]),
+    "limits misspelt": (set_in("limits.temprature=3"), ["did you mean 'temperature'"]),
     "geometry misspelt": (set_in("body.lenth=60 mm"), ["no FMU has it; did you mean 'body.length'"]),
     "geometry impossible": (set_in("tca.offset=4.9 mm"), ["thermal: "]),
     "FMU missing": (set_in("fmus.rod=rot.fmu"), ["rot.fmu", "did you mean 'rod.fmu'"]),
@@ -158,6 +160,9 @@ REMEDIES = {
     "run good.toml --set rod.body.length='60 mm'": set_in("body.length=0.06 m"),
     "run good.toml --set tca.azimuth[2]": set_in("tca.azimuth[2]=2 rad"),
     "run good.toml --set 'thermal.V[1]={table=...}'": set_in("thermal.V[1]={table={file='data.csv', column='V1'}}"),
+    "run good.toml --set rod.body.profile=given": set_in(
+        "rod.body.profile=given", "rod.body.stiffness=[1e-5, 1e-5, 1e-5, 1, 1, 3]"
+    ),
     "new mine.txt": ["new", "mine.toml"],
     "explain V": ["explain", "thermal.V"],
 }
@@ -233,6 +238,17 @@ def test_a_run_tells_its_outcome(here: Path) -> None:
     assert lines[3].startswith("hottest TCA: 3, mean ")
     assert "degC at 0.2 s" in lines[3]
     assert lines[4].startswith("coupling: 2 macro steps, ")
+
+
+def test_results_beyond_the_limits_are_doubtful(here: Path) -> None:
+    hot = ("--set", "thermal.V=[60, 0, 0]")
+    done = call("run", "good.toml", *hot)
+    assert done.exit_code == 0
+    assert "warning: thermal: TCA 1 is hotter than 150 degC from t = " in " ".join(done.stderr.split())
+    allowed = ("--set", "limits.temperature=100000 degC", "--set", "limits.speed=100", "--name", "hot")
+    assert "warning" not in call("run", "good.toml", *hot, *allowed).stderr
+    with pytest.warns(tca.SceneWarning, match=r"hotter than 60 degC from t = 0\.[12] s on \(up to \d+ degC\)"):
+        tca.run("good.toml", {"thermal.V": 30, "limits.temperature": "60 degC"})
 
 
 def test_the_version_and_groups_of_commands(here: Path) -> None:

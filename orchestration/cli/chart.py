@@ -91,11 +91,11 @@ def _fastest(name: str, table: xr.Dataset) -> Table:
     heads = ("error <=", "ours", "auto", "paper's", "monolith", "scipy", "scipy/ours")
     shown = Table(*heads, title=f"{name}: fastest warm run, CPU time [ms]")
     for level in LEVELS:
-        found = {solver: float(table["time"][k]) for solver, k in fastest_points(table, level).items()}
+        times = {solver: float(table["time"][k]) for solver, k in fastest_points(table, level).items()}
         solvers = ("cosimulation", "auto", "paper's scheme", "monolith", "reference")
-        cells = [f"{1e3 * found[s]:.2f}" if s in found else "-" for s in solvers]
-        ours = [found[solver] for solver in ("cosimulation", "auto") if solver in found]
-        ratio = f"{found['reference'] / min(ours):.0f}" if ours and "reference" in found else "-"
+        cells = [f"{1e3 * times[s]:.2f}" if s in times else "-" for s in solvers]
+        ours = [times[solver] for solver in ("cosimulation", "auto") if solver in times]
+        ratio = f"{times['reference'] / min(ours):.0f}" if ours and "reference" in times else "-"
         shown.add_row(f"{level:g}", *cells, ratio)
     return shown
 

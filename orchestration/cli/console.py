@@ -21,6 +21,7 @@ from rich.table import Table
 from ..errors import CosimError, FmuWarning, Interrupted, SceneWarning
 from ..fmi.log import Warned
 from ..results.comparison import compare
+from ..results.plausibility import doubtful
 from ..scene import Scene
 from ..studies.model_selection import run_selected
 
@@ -147,13 +148,15 @@ def run(scene: Scene) -> xr.Dataset:
             if scene.accuracy.level == "given":
                 result = watched(scene, lambda progress: run_selected(scene, progress))
             else:
-                with busy(scene.name) as tell:
-                    result = run_selected(scene, status=tell)
+                with busy(scene.name) as show:
+                    result = run_selected(scene, status=show)
         except CosimError as error:
             if error.partial is not None:
                 _show_messages(error.partial)
             raise
     _show_messages(result)
+    for text in doubtful(scene, result):
+        warnings.warn(text, SceneWarning, stacklevel=2)
     return result
 
 

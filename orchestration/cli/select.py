@@ -56,11 +56,11 @@ def explain(record: dict[str, Any]) -> None:
 
 def _rows(scenes: list[Scene], audit: bool, study: bool, folder: Path) -> Iterator[list[str]]:
     """Select, run and write for one scene and several tolerances; yield the cells of each row."""
-    with busy(scenes[0].name) as tell:
-        selections = [model_selection.select(scene, tell) for scene in scenes]
-        tell("the finest models")
+    with busy(scenes[0].name) as show:
+        selections = [model_selection.select(scene, show) for scene in scenes]
+        show("the finest models")
         studies = (
-            model_selection.cost_study(selections, lambda done, count: tell(f"choice {done + 1} of {count}"))
+            model_selection.cost_study(selections, lambda done, count: show(f"choice {done + 1} of {count}"))
             if study
             else []
         )

@@ -37,7 +37,7 @@ def command(
         study = stability.oscillator_study(points) if oscillators else stability.rod_study(scene, override, points)
         with Progress(*Progress.get_default_columns(), console=out, transient=True) as bar:
             task = bar.add_task(study.name, total=len(study.panels) * points)
-            found = stability.run_study(study, worker(scheduler, workers, lambda _: bar.advance(task)))
-        results.write(found, folder / f"{study.name}.nc")
-        save_figure(stability.chart.draw(found), folder, study.name)
+            dataset = stability.run_study(study, worker(scheduler, workers, lambda _: bar.advance(task)))
+        results.write(dataset, folder / f"{study.name}.nc")
+        save_figure(stability.chart.draw(dataset), folder, study.name)
         written(folder / f"{study.name}.nc", ".png", ".svg")

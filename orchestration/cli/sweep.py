@@ -59,38 +59,38 @@ def command(
                 rate = now.done / (time.perf_counter() - begin)
                 bar.update(task, completed=now.reused + now.done, total=now.total, rate=rate)
 
-            found = sweep.run_sweep(described, folder / f"{name}.sqlite", worker(scheduler, workers), advance)
+            dataset = sweep.run_sweep(described, folder / f"{name}.sqlite", worker(scheduler, workers), advance)
         spent = time.perf_counter() - begin
-        results.write(found, folder / f"{name}.nc")
-        save_figure(sweep.chart.draw(found), folder, name)
+        results.write(dataset, folder / f"{name}.nc")
+        save_figure(sweep.chart.draw(dataset), folder, name)
         out.print(
             f"{described.title}: {state.total} runs, {state.reused} finished before, {state.done} now in {spent:.1f} s "
             f"({state.done / spent:.1f} runs/s)",
             highlight=False,
         )
-        _summarise(found, sweep.chart.outputs(found))
+        _summarise(dataset, sweep.chart.outputs(dataset))
         written(folder / f"{name}.nc", ".png", ".svg")
 
 
-def _summarise(found: xr.Dataset, outputs: tuple[list[str], list[str]]) -> None:
+def _summarise(dataset: xr.Dataset, outputs: tuple[list[str], list[str]]) -> None:
     """Print quantiles and the most influential parameter at the end, and failures."""
     shown, crowded = outputs
-    last = found.isel(time=-1)
-    count = found.sizes["quantile"]
+    last = dataset.isel(time=-1)
+    count = dataset.sizes["quantile"]
     kept = sorted({0, count // 2, count - 1})
-    table = Table("at the end", *(f"{100 * float(found['quantile'][q]):g} %" for q in kept), "rank correlation")
+    table = Table("at the end", *(f"{100 * float(dataset['quantile'][q]):g} %" for q in kept), "rank correlation")
     for name in shown:
         quantiles = last[f"{name}.quantile"].to_numpy().reshape(count, -1)
-        ranks = last[f"{name}.rank_correlation"].to_numpy().reshape(found.sizes["parameter"], -1)
+        ranks = last[f"{name}.rank_correlation"].to_numpy().reshape(dataset.sizes["parameter"], -1)
         for k, (column, rank) in enumerate(zip(quantiles.T, ranks.T, strict=True)):
             best = int(np.argmax(np.nan_to_num(np.abs(rank), nan=-1.0)))
             label = f"{name}[{k + 1}]" if quantiles.shape[1] > 1 else name
-            unit = found[name].attrs["units"]
-            most = f"{rank[best]:+.2f} {found['parameter'].to_numpy()[best]}"
+            unit = dataset[name].attrs["units"]
+            most = f"{rank[best]:+.2f} {dataset['parameter'].to_numpy()[best]}"
             table.add_row(f"{label} [{unit}]", *(f"{column[q]:.5g}" for q in kept), most)
     out.print(table)
     if crowded:
         out.print(f"not drawn, too many elements: {', '.join(crowded)}", highlight=False)
-    failures = [text for text in found["failure"].to_numpy() if text]
+    failures = [text for text in dataset["failure"].to_numpy() if text]
     if failures:
         out.print(f"{len(failures)} runs failed, the first with: {failures[0]}", highlight=False)

@@ -47,9 +47,8 @@ def column_signal(content: Any, folder: Path, variable: Variable) -> Signal:
     if "column" not in content and len(names) > 2:
         raise ValueError(f"table without column; allowed: {', '.join(name for name in names if name != names[time])}")
     column = _index(content.get("column", names[1] if len(names) > 1 else names[0]), names, "column")
-    times, values = (
-        _converted([row[k] for row in rows], stated[k], about, path) for k, about in ((time, _TIME), (column, variable))
-    )
+    times = _converted([row[time] for row in rows], stated[time], _TIME, path)
+    values = _converted([row[column] for row in rows], stated[column], variable, path)
     if any(b <= a for a, b in itertools.pairwise(times)):
         raise ValueError(f"{path}: times must increase; sort the rows, one for each time")
     for value in values:

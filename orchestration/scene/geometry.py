@@ -12,11 +12,11 @@ from typing import Any
 from ..cosim.topology import Connection
 from ..errors import SceneError
 from ..fmi.archive import Archive, similar
-from .manipulator import ROD, SHARED_PARAMETERS, THERMAL
+from .manipulator import ROD, SHARED_PARAMETERS, STIFFNESS, THERMAL, RodParameters
 from .member import Member, settable
 from .validation import Layer, flat
 
-__all__ = ["SHARED_TABLES", "check_shared", "distribute"]
+__all__ = ["SHARED_TABLES", "check_profile", "check_shared", "distribute"]
 
 SHARED_TABLES = ("body", "tca")
 _SAME = 1e-12  # relative difference of values that are the same, given in different units
@@ -67,6 +67,20 @@ def check_shared(members: Sequence[Member], connections: Sequence[Connection]) -
     for a, b in sorted(pairs):
         if {a, b} <= models.keys():
             _agree(models[a], models[b])
+
+
+def check_profile(members: Sequence[Member]) -> None:
+    """Raise SceneError where a rod of a given profile does not have all its stiffnesses: the FMU's start values of
+    them describe no body."""
+    for member in members:
+        if member.archive.description.modelName != ROD or member.value("body.profile") is None:
+            continue
+        missing = [name for name in member.archive.vectors.get(STIFFNESS, ()) if name not in member.parameters]
+        if missing and RodParameters.of(member).profile == "given":
+            raise SceneError(
+                f"{member.name}.body.profile = 'given', but {', '.join(missing)} not set: give all six of "
+                f"{member.name}.{STIFFNESS} [N.m2, N.m2, N.m2, N, N, N], or set {member.name}.body.profile = 'round'"
+            )
 
 
 def _agree(a: Member, b: Member) -> None:

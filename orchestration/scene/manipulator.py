@@ -23,6 +23,7 @@ __all__ = [
     "SHAPE_OUTPUTS",
     "SHARED_PARAMETERS",
     "SSP_OUTPUTS",
+    "STIFFNESS",
     "TEMPERATURE",
     "THERMAL",
     "THERMAL_OUTPUTS",
@@ -43,6 +44,7 @@ VOLTAGE, AMBIENT = "V", "T_ambient"
 TEMPERATURE = "T"  # output of the thermal FMU, input of the rod
 DISPLACEMENT, DISPLACEMENT_GUESS = "delta", "delta_guess"  # output of the rod; its input where the master closes it
 LOADS = ("gravity", "tip_force", "tip_moment")  # vector inputs of the rod
+STIFFNESS = "body.stiffness"  # vector parameter of the rod for given profiles
 SHAPE_OUTPUTS = ("shape.p", "tip.quaternion")  # of the rod: enough to draw it
 THERMAL_OUTPUTS = ("T", "T_surface")
 SSP_OUTPUTS = ("thermal.T", "rod.tip.p", "rod.tip.euler")  # connectors of an exported system beside those wired

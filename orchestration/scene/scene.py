@@ -20,8 +20,9 @@ from . import ssp_reader, validation
 from .accuracy_request import AccuracyRequest
 from .accuracy_request import read as read_accuracy_request
 from .connections import wired
-from .geometry import SHARED_TABLES, check_shared
+from .geometry import SHARED_TABLES, check_profile, check_shared
 from .layers import find, load, merged, overriding
+from .limits import Limits
 from .member import Member
 from .members import read_members, recording
 from .schema import settings
@@ -46,6 +47,7 @@ class Scene:
     overrides: tuple[str, ...] = ()  # keys and values that win over the scene's file
     start_time: float = 0.0  # [s]
     tolerance: float | None = None  # relative, handed to every FMU; None: each has its own
+    limits: Limits = field(default_factory=Limits)
     layers: tuple[Layer, ...] = field(default=(), repr=False, compare=False)  # as read, without what they build on
     folder: Path = field(default=Path(), repr=False, compare=False)  # that relative paths start from
 
@@ -79,11 +81,12 @@ KEYS = {
     "fmus": "table of name = 'file.fmu', in sweep order; default: thermal and rod",
     "coupling": "table of the settings of the master",
     "fidelity": "table: how much model to use, and what for",
+    "limits": "table of values beyond which a result is said to be doubtful",
     "body": "table of parameters of the body, for all FMUs that have them",
     "tca": "table of parameters of the TCAs, for all FMUs that have them",
     "NAME": "table of the FMU of that name: its parameters, and its inputs as constants or signals",
 }
-TABLES = {"coupling": Coupling, "fidelity": AccuracyRequest}  # of settings
+TABLES = {"coupling": Coupling, "fidelity": AccuracyRequest, "limits": Limits}  # of settings
 _TOP = tuple(key for key in KEYS if key != "NAME")
 _RESERVED = frozenset(_TOP) - set(SHARED_TABLES)  # names that an FMU must not have
 
@@ -135,13 +138,15 @@ def _read(name: str, folder: Path, own: list[Layer], archive: Callable[[Path], A
     members = recording(read_members(top, layers, _TOP, folder, archive), top.get("record"))
     connections = wired({m.name: m for m in members}, top.get("connections"))
     check_shared(members, connections)
+    check_profile(members)
     return Scene(
         name=name,
         title=_title(top, name, [line for layer in own if layer.overrides for line in layer.text.splitlines()]),
         stop_time=(stop_time := _stop_time(top, layers[1])),
         members=members,
         connections=connections,
-        coupling=_coupling(layers),
+        coupling=settings(Coupling, _tables(layers, "coupling"), "coupling."),
+        limits=settings(Limits, _tables(layers, "limits"), "limits."),
         accuracy=read_accuracy_request(layers, {m.name: m.archive for m in members}),
         sources=tuple((layer.origin, layer.text) for layer in layers),
         overrides=tuple(line for layer in own if layer.overrides for line in layer.text.splitlines()),
@@ -229,9 +234,10 @@ def _base(
     return load(find(chosen or "fig3", "parameters", "parameter set", folder))
 
 
-def _coupling(layers: Sequence[Layer]) -> Coupling:
-    tables = [(layer, layer.raw.get("coupling", {})) for layer in layers]
+def _tables(layers: Sequence[Layer], key: str) -> list[tuple[Layer, Mapping[str, Any]]]:
+    """The tables of that key, with their layers."""
+    tables = [(layer, layer.raw.get(key, {})) for layer in layers]
     for layer, table in tables:
         if not isinstance(table, Mapping):
-            layer.refuse("coupling", table, "give a table [coupling]")
-    return settings(Coupling, tables, "coupling.")
+            layer.refuse(key, table, f"give a table [{key}]")
+    return tables

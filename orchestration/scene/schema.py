@@ -1,5 +1,7 @@
-"""Settings as frozen dataclasses. Each field declares default, unit, range and meaning once: files are checked against
-it as against an FMU's variables, and the reference is written from it."""
+"""Settings as frozen dataclasses, read from tables of a scene.
+
+Each field declares default, unit, range and meaning once: files are checked against it as against an FMU's variables,
+and the reference is written from it."""
 
 from __future__ import annotations
 
@@ -22,7 +24,8 @@ def _variable(f: Field[Any]) -> Variable:
     d: Declaration = f.metadata["declaration"]
     default: Any = f.default
     kind = "Enumeration" if d.choices else {int: "Integer", float: "Real"}[type(default)]
-    dimension = {d.unit: 1} if d.unit != "1" else {}
+    numerator, _, denominator = d.unit.partition("/")
+    dimension = {unit: power for unit, power in ((numerator, 1), (denominator, -1)) if unit not in ("", "1")}
     return Variable(
         name="",
         reference=0,
@@ -40,19 +43,20 @@ def _variable(f: Field[Any]) -> Variable:
 
 
 def declared(kind: type) -> dict[str, Variable]:
-    """Of every field that is a setting: what was declared."""
+    """Return the declarations of a dataclass of settings, by field."""
     return {f.name: _variable(f) for f in fields(kind) if "declaration" in f.metadata}
 
 
 def settings(kind: type[T], tables: Iterable[tuple[Layer, Mapping[str, Any]]], prefix: str = "") -> T:
-    """The dataclass with what the tables say, later ones winning. prefix: of the keys in messages. Raises
-    SceneError."""
+    """Return the dataclass with the values of the tables; later ones win.
+
+    prefix: of the keys in messages. Raises SceneError."""
     known = declared(kind)
-    found: dict[str, Any] = {}
+    values: dict[str, Any] = {}
     for layer, table in tables:
         for key, raw in table.items():
             if key not in known:
                 layer.refuse(f"{prefix}{key}", raw, f"unknown; {similar(key, list(known))}")
             value = validation.scalar(layer, f"{prefix}{key}", raw, known[key])
-            found[key] = known[key].item_name(float(value)) if known[key].items else value
-    return kind(**found)
+            values[key] = known[key].item_name(float(value)) if known[key].items else value
+    return kind(**values)

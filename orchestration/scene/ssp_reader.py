@@ -76,7 +76,7 @@ def read(
             "connections": connections,
             **_experiment(opened, root),
             # A connection replaces the start value of the input that it feeds.
-            **{name: {v: x for v, x in found.items() if (name, v) not in wired} for name, found in given.items()},
+            **{name: {v: x for v, x in table.items() if (name, v) not in wired} for name, table in given.items()},
         }
         return Layer(str(path), "\n".join(opened.texts), raw, numbered=False)
 

@@ -209,9 +209,9 @@ class Structure:
                 entry = self.archive.resolve(source, f"SignalDictionary {name}")
                 inline = self.archive.document(entry, "SignalDictionary")
                 definitions = {**definitions, **unit_definitions(self.archive, inline)}
-            found = [] if inline is None else inline.iterfind("ssb:DictionaryEntry", SPACES)
+            entries = [] if inline is None else inline.iterfind("ssb:DictionaryEntry", SPACES)
             self._dictionaries[path, name] = {
-                entry.get("name"): self._unit(entry, entry.get("name"), definitions) for entry in found
+                entry.get("name"): self._unit(entry, entry.get("name"), definitions) for entry in entries
             }
 
     def _dictionary(self, reference: etree._Element, path: tuple[str, ...]) -> tuple[tuple[str, ...], str]:

@@ -63,13 +63,13 @@ def values(structure: Structure, chosen: str | None) -> dict[str, dict[str, Scal
         for value in reader.bound(system):
             reader.put_by_name(path, value)
     reader.warn()
-    return reader.found
+    return reader.values
 
 
 class _Reader:
     def __init__(self, structure: Structure, chosen: str | None) -> None:
         self.structure, self.archive, self.chosen = structure, structure.archive, chosen
-        self.found: dict[str, dict[str, Scalar]] = {c.name: {} for c in structure.components.values()}
+        self.values: dict[str, dict[str, Scalar]] = {c.name: {} for c in structure.components.values()}
         self.ignored: dict[str, tuple[tuple[str, str], str]] = {}  # name -> origin of the value, remedy
         self.used: set[tuple[str, str]] = set()  # origins of values that set something
 
@@ -118,7 +118,7 @@ class _Reader:
         if (factor, offset) != (1.0, 0.0) and not isinstance(scaled, str):
             scaled = factor * scaled + offset
         whole = variable.type in ("Integer", "Enumeration") and isinstance(scaled, float)
-        self.found[component][variable.name] = int(scaled) if whole and float(scaled).is_integer() else scaled
+        self.values[component][variable.name] = int(scaled) if whole and float(scaled).is_integer() else scaled
 
     def warn(self) -> None:
         """Warn once of all values that set nothing: of a file that serves several components, those that none has."""
