@@ -261,6 +261,23 @@ def test_counts_and_constants_are_not_judged() -> None:
     assert assess_signal("a.y", "1", [np.linspace(0, k, 5) + 0.1 for k in (1, 2, 4)], 0.1, 0.01).kind == "unsettled"
 
 
+def test_differences_that_appear_vanish_or_are_not_finite() -> None:
+    t = np.linspace(0.0, 1.0, 5)
+    wild = np.array([0.0, 1.0, 1e200, np.inf, np.nan])
+    for courses, kind in (
+        ([t, t, 1.5 * t], "unsettled"),
+        ([1.5 * t, t, t], "step"),
+        ([t, t, t], "settled"),
+        ([wild, t, t], "step"),
+        ([t, t, wild], "unsettled"),
+        ([t, t, t + 1e-9 * t**2], "settled"),
+        ([t, 1.5 * t], "unsettled"),
+        ([t], "unknown"),
+    ):
+        found = assess_signal("a.y", "m", courses, 0.1, 0.01)
+        assert found.kind == kind, (courses, found.text)
+
+
 def test_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     healthy_circuit(tmp_path)
     monkeypatch.chdir(tmp_path)

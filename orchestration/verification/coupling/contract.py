@@ -14,7 +14,7 @@ from ...cosim.subsystem import Recorder
 from ...errors import CosimError
 from ...scene import Member, Scene
 from ...simulation import load_member, recorded_variables
-from .convergence import scale_of
+from .convergence import scales_of
 from .runs import CoupledRun
 
 __all__ = ["Check", "check_member"]
@@ -106,7 +106,10 @@ def check_member(scene: Scene, member: Member, run: CoupledRun) -> list[Check]:
             Check("loads", True, "loads and initialises"),
             Check("steps alone", False, f"fails alone on inputs of the coupled run: {error}", np.inf),
         ]
-    scales = np.array([scale_of(column)[0] for column in base.T])
+    variables = recorded_variables(member)
+    scales = np.array(
+        [scale for scale, _ in scales_of([v.name for v in variables], [v.nominal for v in variables], base)]
+    )
     checks = [Check("loads", True, "loads, initialises and steps")]
     tests: list[tuple[str, bool, str, Callable[[], Check]]] = [
         ("determinism", True, "", lambda: _determinism(case, base, scales)),

@@ -16,7 +16,7 @@ import numpy as np
 
 from .runs import CoupledRun
 
-__all__ = ["KINDS", "SignalVerdict", "assess_signal", "common_rows", "scale_of"]
+__all__ = ["KINDS", "SignalVerdict", "assess_signal", "common_rows", "scales_of"]
 
 KINDS = {
     "constant": "does not move, so that nothing can be told of it",
@@ -30,6 +30,7 @@ _LEAST_ORDER = 0.4  # below which differences are taken not to shrink; a jump th
 _AGREES = 0.01  # share of the tolerance: smaller differences need no order
 _MOST_ORDER = 8.0  # above which the ratio of differences is not that of a power of the step
 _CONSTANT = 1e-9  # share of the largest magnitude below which a signal does not move
+_LEAST_RANGE = 1e-12  # share of the nominal: smaller ranges are rounding
 _SAME_TIME = 1e-9  # share of the step below which two times are equal
 
 
@@ -82,15 +83,31 @@ def common_rows(runs: Sequence[CoupledRun]) -> list[np.ndarray]:
     return [each[kept] for each in rows]
 
 
-def scale_of(values: np.ndarray) -> tuple[float, bool]:
-    """Range of a course (n,) and whether it moves; its magnitude where it does not."""
-    size = float(np.abs(values).max(initial=0.0))
-    span = float(np.ptp(values)) if values.size else 0.0
-    return (span, True) if span > _CONSTANT * size else (size or 1.0, False)
+def scales_of(names: Sequence[str], nominals: Sequence[float], values: np.ndarray) -> list[tuple[float, bool]]:
+    """Scale of each course in values (n, k), and whether it moves.
+
+    The elements of a vector share the largest range among them, so that rounding in a component that rests counts as
+    nothing. Where none moves, the scale is their magnitude."""
+    spans: dict[str, float] = {}
+    sizes: dict[str, float] = {}
+    vectors = [name.partition("[")[0] for name in names]
+    for vector, nominal, course in zip(vectors, nominals, values.T, strict=True):
+        finite = course[np.isfinite(course)]
+        span, size = (float(np.ptp(finite)), float(np.abs(finite).max())) if finite.size else (0.0, 0.0)
+        spans[vector] = max(spans.get(vector, 0.0), span if span > _LEAST_RANGE * abs(nominal) else 0.0)
+        sizes[vector] = max(sizes.get(vector, 0.0), size)
+    moving = {vector for vector, span in spans.items() if span > _CONSTANT * sizes[vector]}
+    return [(spans[v], True) if v in moving else (sizes[v] or 1.0, False) for v in vectors]
 
 
 def assess_signal(
-    name: str, unit: str, courses: Sequence[np.ndarray], step: float, tolerance: float, discrete: bool = False
+    name: str,
+    unit: str,
+    courses: Sequence[np.ndarray],
+    step: float,
+    tolerance: float,
+    discrete: bool = False,
+    size: tuple[float, bool] | None = None,
 ) -> SignalVerdict:
     """Judge one output.
 
@@ -106,6 +123,8 @@ def assess_signal(
         Error allowed, share of the range.
     discrete : bool
         Whether the values are numbers of states, such as enumerations: differences are shares of the times then.
+    size : (float, bool), optional
+        Scale and whether it moves, of scales_of(); by default from the finest course alone.
 
     Returns
     -------
@@ -122,7 +141,7 @@ def assess_signal(
     ) -> SignalVerdict:
         return SignalVerdict(name, unit, kind, scale, error, fine, order, needed, text)
 
-    scale, moves = scale_of(courses[-1])
+    scale, moves = size or scales_of([name], [0.0], courses[-1][:, None])[0]
     finite = all(np.isfinite(course).all() for course in courses)
     if finite and _counts(courses):
         return verdict("count", KINDS["count"])
@@ -139,8 +158,7 @@ def assess_signal(
             text = f"H/2 and H/4 still differ by {_percent(gaps[0])} of its range, and the run with H fails"
         return verdict("step" if gaps[0] <= tolerance else "unsettled", text, math.inf, gaps[0], needed=step / 2.0)
     first, second = (gap if math.isfinite(gap) else math.inf for gap in gaps)
-    order = math.log2(first / second) if 0.0 < second < math.inf and first < math.inf else math.inf
-    order = order if second < math.inf else -math.inf
+    order = _observed_order(first, second)
     if max(first, second) <= _AGREES * tolerance:
         shown = order if _LEAST_ORDER <= order <= _MOST_ORDER else math.nan
         error = max(first, second)
@@ -183,6 +201,13 @@ def assess_signal(
         order,
         needed,
     )
+
+
+def _observed_order(first: float, second: float) -> float:
+    """log2(first/second); -inf where the differences appear or grow without bound, inf where they vanish."""
+    if second == math.inf or first == 0.0 < second:
+        return -math.inf
+    return math.log2(first / second) if second > 0.0 and first < math.inf else math.inf
 
 
 def _needed(step: float, tolerance: float, error: float, middle: float, fine: float, order: float) -> float:

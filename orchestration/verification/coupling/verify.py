@@ -13,7 +13,7 @@ from ...scene import Member, Scene
 from ...scene.manipulator import ROD
 from ...simulation import recorded_variables
 from .contract import Check, check_member
-from .convergence import SignalVerdict, assess_signal, common_rows
+from .convergence import SignalVerdict, assess_signal, common_rows, scales_of
 from .energy import PowerBond, power_bonds
 from .loops import LoopReport, report_loops
 from .runs import CoupledRun, run_with_step
@@ -129,10 +129,10 @@ def verify(scene: Scene, tolerance: float = 0.01, status: Callable[[str], None] 
     return Verification(scene, tolerance, tuple(runs), checks, loops, signals, bonds, monolith, verdict, tuple(reasons))
 
 
-def _outputs(scene: Scene) -> list[tuple[Member, int, str, str, bool]]:
-    """Member, column, name and unit of every recorded output, and whether it is no continuous Real."""
+def _outputs(scene: Scene) -> list[tuple[Member, int, str, bool]]:
+    """Member, column and name of every recorded output, and whether it is not Real."""
     return [
-        (member, k, f"{member.name}.{v.name}", v.unit, v.type != "Real")
+        (member, k, f"{member.name}.{v.name}", v.type != "Real")
         for member in scene.members
         for k, v in enumerate(recorded_variables(member))
         if v.causality == "output"
@@ -144,17 +144,25 @@ def _signals(scene: Scene, runs: list[CoupledRun], tolerance: float) -> tuple[Si
     if not complete or (not runs[-1].complete and len(complete) < 2):
         return ()
     rows = common_rows(complete)
-    return tuple(
-        assess_signal(
-            name,
-            unit,
-            [run.records[member.name][row, k] for run, row in zip(complete, rows, strict=True)],
-            scene.coupling.macro_step,
-            tolerance,
-            discrete,
-        )
-        for member, k, name, unit, discrete in _outputs(scene)
-    )
+    verdicts = []
+    for member in scene.members:
+        variables = recorded_variables(member)
+        courses = [run.records[member.name][row] for run, row in zip(complete, rows, strict=True)]
+        sizes = scales_of([v.name for v in variables], [v.nominal for v in variables], courses[-1])
+        verdicts += [
+            assess_signal(
+                f"{member.name}.{v.name}",
+                v.unit,
+                [course[:, k] for course in courses],
+                scene.coupling.macro_step,
+                tolerance,
+                v.type != "Real",
+                sizes[k],
+            )
+            for k, v in enumerate(variables)
+            if v.causality == "output"
+        ]
+    return tuple(verdicts)
 
 
 def _compare_with_monolith(
@@ -182,11 +190,12 @@ def _compare_with_monolith(
     )
     rows = common_rows([fine, other])
     differences, wrong = {}, []
-    for (member, k, name, _, discrete), signal in zip(_outputs(scene), signals, strict=False):
+    for (member, k, name, discrete), signal in zip(_outputs(scene), signals, strict=False):
         if discrete or signal.kind in ("count", "unknown"):
             continue
         gap = fine.records[member.name][rows[0], k] - other.records[member.name][rows[1], k]
-        share = float(np.sqrt(np.mean(np.square(gap)))) / signal.scale
+        gap = gap[np.isfinite(gap)]  # the monolith leaves out what it cannot know
+        share = float(np.sqrt(np.mean(np.square(gap)))) / signal.scale if gap.size else 0.0
         differences[name] = share
         estimate = signal.fine_error if math.isfinite(signal.fine_error) else 0.0
         if signal.kind != "unsettled" and not share <= max(tolerance, 5.0 * estimate):

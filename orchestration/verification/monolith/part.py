@@ -86,9 +86,13 @@ class _ReadableSlave(Slave):
         return self._read(Group(variables))
 
 
+# Outputs of a quasi-static rod that tell how fast its inputs change, which a map of inputs to outputs cannot know.
+RATE_OUTPUTS = ("tip.v", "energy.kinetic", "energy.dissipated")
+
+
 class QuasiStaticPart:
     """A quasi-static FMU: each step of the co-simulation slave ends in the equilibrium of its inputs, whatever its
-    length. It has no states; time does not matter to it."""
+    length. It has no states; time does not matter to it. RATE_OUTPUTS are recorded as nan: not known."""
 
     nominals = np.zeros(0)
     indicator_count = 0
@@ -98,6 +102,7 @@ class QuasiStaticPart:
         self._slave = _ReadableSlave(member.archive, member.name, member.parameters, inputs, outputs, recorded)
         self.name, self.inputs, self.outputs = member.name, self._slave.inputs, self._slave.outputs
         self._variables = member.archive.variables
+        self._unknown = [k for k, name in enumerate(recorded) if name.partition("[")[0] in RATE_OUTPUTS]
         self._steps = 0
         self._inputs = np.zeros((4, len(self.inputs)))
 
@@ -160,8 +165,10 @@ class QuasiStaticPart:
         return dict(zip(known, self._slave.read([variables[name] for name in known]).tolist(), strict=True))
 
     def record(self) -> np.ndarray:
-        """Recorded variables at the equilibrium."""
-        return self._slave.record()
+        """Recorded variables at the equilibrium; nan for RATE_OUTPUTS."""
+        values = self._slave.record()
+        values[self._unknown] = np.nan
+        return values
 
     def close(self) -> None:
         """Release the FMU."""
