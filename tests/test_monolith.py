@@ -167,6 +167,32 @@ def test_an_upright_rod_beyond_its_buckling_load_grows() -> None:
         assert (found.growing > 0.1) == grows
 
 
+def test_a_quasi_static_rod_is_linearised_about_the_equilibrium_that_it_has_reached() -> None:
+    """Buckled to one side by a force that is gone by then: the straight rod, also an equilibrium, would be unstable."""
+    weight = 7.837 * 1.8555e-5 / (1070 * math.pi * 25e-6 * 0.04**3)
+    push = "rod.tip_force[1]={ramps=[[0, 0.01], [1, 0.01], [2, 0]]}"
+    slender = ("rod.strains=bending", "rod.order=5", f"rod.gravity=[0, 0, {-1.3 * weight}]")
+    buckled = read("step", [*BARE, *slender, "rod.dynamic=false", "thermal.V=0", push])
+    found = monolith.natural_modes(buckled, 3.0)
+    assert found.offsets["rod"] < 1e-6
+    assert found.growing <= 0.0
+    assert found.remarks == []
+    straight = read("step", [*BARE, *slender, "thermal.V=0"])
+    fallen = monolith.natural_modes(straight)
+    assert fallen.growing > 1.0
+    assert "the state is unstable" in fallen.remarks[-1]
+
+
+def test_a_state_that_is_no_equilibrium_is_said() -> None:
+    """A hot rod is handed over as it is; a rod on its way down is not at rest."""
+    hot = monolith.natural_modes(read("step", ["rod.order=3"]), 20.0)
+    assert hot.offsets["rod"] < 1e-6
+    assert [remark.split(" is not")[0] for remark in hot.remarks] == ["thermal"]  # still heating up
+    falling = monolith.natural_modes(read("drop"), 0.05)
+    assert falling.offsets["rod"] > 1.0
+    assert "rod is not at equilibrium" in falling.remarks[0]
+
+
 # -- commands
 # -------------------------------------------------------------------------------------------------------------------
 

@@ -29,6 +29,7 @@ from .system import System, assembled
 __all__ = ["AT_REST", "Mode", "Modes", "natural_modes"]
 
 _ROUNDING = 1e-9  # share of the largest eigenvalue below which an imaginary part is rounding
+_STANDS = 1e-8  # the same of a growth: eigenvalues of a matrix that is not symmetric lose more digits
 AT_REST = 1e-3  # distance to equilibrium in nominals of the states below which a member is taken to rest
 
 
@@ -51,7 +52,7 @@ class Modes:
     states : int
         Number of states that act.
     growing : float
-        Largest real part of all eigenvalues [1/s]; positive: the state is unstable.
+        Largest real part of all eigenvalues [1/s], 0 where it is rounding; positive: the state is unstable.
     offsets : mapping of str to float
         Estimated distance of each member's states to their equilibrium for the present inputs, in nominals; inf where
         there is none nearby.
@@ -184,4 +185,6 @@ def _spectrum(scene: str, A: np.ndarray, offsets: Mapping[str, float]) -> Modes:
         (Mode(float(abs(w)) / (2 * math.pi), float(-w.real / abs(w))) for w in swinging),
         key=lambda mode: mode.frequency,
     )
-    return Modes(tuple(modes), int(acting.sum()), float(values.real.max()), dict(offsets))
+    growing = float(values.real.max())
+    growing = 0.0 if abs(growing) <= _STANDS * np.abs(values).max() else growing
+    return Modes(tuple(modes), int(acting.sum()), growing, dict(offsets))
