@@ -6,6 +6,7 @@ import pytest
 
 HOSTS = {"test_cofmupy", "test_hosts", "test_peers", "test_portable"}
 SLOW = {
+    "test_any_fmu",
     "test_api",
     "test_call_orders",
     "test_cli",
@@ -17,8 +18,12 @@ SLOW = {
     "test_fmu_slave",
     "test_foreign",
     "test_frozen_subsystem",
+    "test_fuzz_description",
+    "test_mistakes",
+    "test_model_exchange",
     "test_model_selection",
     "test_monolith",
+    "test_monolith_events",
     "test_paper",
     "test_random",
     "test_reference",
@@ -29,6 +34,7 @@ SLOW = {
     "test_stability",
     "test_sweep",
     "test_tangent",
+    "test_verify",
     "test_work_precision",
 }
 
