@@ -12,10 +12,11 @@ from .api import Overrides, read, run
 from .errors import CosimError, CouplingError, FmuWarning, Interrupted, SceneError, SceneWarning, SubsystemError
 from .results import versions, write
 from .scene import Coupling, Scene, titles
-from .visualization.accessor import GifImage, ResultAccessor
+from .visualization.accessor import BodyView, GifImage, ResultAccessor
 
 __version__ = versions()["tca-cosim"]
 __all__ = [
+    "BodyView",
     "CosimError",
     "Coupling",
     "CouplingError",

@@ -195,7 +195,8 @@ def test_failures_say_why(small: xr.Dataset) -> None:
 
 
 def test_failures_are_drawn_at_the_edge(small: xr.Dataset) -> None:
-    above = work_precision.plot.draw(small).axes[0]
+    (panel,) = work_precision.plot.panels(small)
+    above = work_precision.plot.draw(small, panel).axes[0]
     crosses = [line for line in above.lines if line.get_marker() == "x"]
     assert len(crosses) == 3
     right = above.get_xlim()[1]
@@ -327,7 +328,7 @@ def test_command(tmp_path: Path) -> None:
     done = tca("chart", "step", *short, "--repeats", "1", "--limit", "0.3", "--series", "small.toml", folder=tmp_path)
     assert done.returncode == 0, done.stderr
     assert "scipy/ours" in done.stdout
-    names = {f"chart_step.{ending}" for ending in ("png", "svg", "csv", "nc")}
+    names = {f"chart_step{ending}" for ending in (".csv", ".nc", "_all.png", "_all.svg")}
     assert {file.name for file in (tmp_path / "there").iterdir()} == names
     done = tca("halving", "step", *short, folder=tmp_path)
     assert done.returncode == 0, done.stderr

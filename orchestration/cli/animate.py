@@ -19,6 +19,7 @@ __all__ = ["command"]
 class Kind(str, Enum):
     gif = "gif"
     mp4 = "mp4"
+    webm = "webm"
 
 
 def command(
@@ -26,11 +27,13 @@ def command(
     override: Overrides = [],  # noqa: B006 (typer copies it)
     folder: Folder = Path("results"),
     source: From = None,
-    kind: Annotated[Kind, typer.Option("--format", help="File format; mp4 requires tca-cosim[report]")] = Kind.gif,
+    kind: Annotated[
+        Kind, typer.Option("--format", help="File format; mp4 and webm require tca-cosim[report]")
+    ] = Kind.gif,
     frames: Annotated[int, typer.Option(min=2, help="Largest number of frames, evenly spread in time")] = 100,
     fps: Annotated[float, typer.Option(min=0.1, max=100.0, help="Frames per second")] = 20.0,
 ) -> None:
-    """Draws the manipulator in motion, coloured by temperature; writes NAME.gif or NAME.mp4."""
+    """Draws the manipulator in motion, coloured by temperature; writes NAME.gif, NAME.mp4 or NAME.webm."""
     from ..visualization import animation  # matplotlib
 
     with reported():

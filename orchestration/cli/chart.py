@@ -41,8 +41,8 @@ def command(
 ) -> None:
     """Draws errors over CPU time of all solvers (requires tca-cosim[chart]).
 
-    Errors are measured against a refined monolith, times are those of warm runs in one thread. Writes chart_NAME.png,
-    .svg, .csv, .nc.
+    Errors are measured against a refined monolith, times are those of warm runs in one thread. Writes
+    chart_NAME_PANEL.png and .svg, chart_NAME.csv and .nc.
     """
     with reported():
         with extra("chart"):
@@ -65,7 +65,7 @@ def command(
                 results.write(table, folder / f"{stem}.nc")
                 work_precision.write_csv(table, folder / f"{stem}.csv")
                 out.print(_fastest(reference.scene.name, table))
-                written(folder / f"{stem}.nc", ".csv", *_drawn(work_precision.plot.draw(table), folder, picture, stem))
+                written(folder / f"{stem}.nc", ".csv", *_panels_drawn(table, folder, picture, stem))
 
 
 def _spread(workers: int | None, bar: Progress, task: TaskID) -> dict[str, Any]:
@@ -73,6 +73,14 @@ def _spread(workers: int | None, bar: Progress, task: TaskID) -> dict[str, Any]:
     if workers == 0:
         return {"progress": lambda number, share: bar.update(task, completed=number + share)}
     return {"worker": worker(None, workers, lambda _: bar.advance(task))}
+
+
+def _panels_drawn(table: xr.Dataset, folder: Path, pictures: Path | None, stem: str) -> list[Path]:
+    """Draw a figure for each panel; the files."""
+    from ..benchmarks.work_precision import plot
+
+    figures = {f"{stem}_{panel}": plot.draw(table, panel) for panel in plot.panels(table)}
+    return [path for name, figure in figures.items() for path in _drawn(figure, folder, pictures, name)]
 
 
 def _drawn(figure: Figure, folder: Path, pictures: Path | None, stem: str) -> list[Path]:

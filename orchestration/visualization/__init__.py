@@ -1,1 +1,1 @@
-"""Results as pictures: plots, animations, the interactive report."""
+"""Figures, animations and interactive pages of a result."""

@@ -1,4 +1,4 @@
-"""The manipulator in motion, as a GIF or MP4: body, TCAs coloured by temperature, voltages and temperatures beside."""
+"""Animations of the manipulator: body, TCAs coloured by temperature, voltages and temperatures beside them."""
 
 from __future__ import annotations
 
@@ -8,56 +8,85 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
+from matplotlib import colormaps
 from matplotlib.artist import Artist
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.cm import ScalarMappable
-from matplotlib.colors import Normalize
+from matplotlib.colors import Normalize, to_rgba_array
 from matplotlib.figure import Figure, SubFigure
+from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+from mpl_toolkits.mplot3d.axes3d import Axes3D
 from PIL import Image
 
 from ..errors import CosimError
 from ..files import atomic_write
-from .charts import COLOURS
-from .manipulator import ZERO_CELSIUS, Manipulator, manipulator, moments, of_heat, of_rod
+from ..plotting import SERIES
+from .charts import charts, charts_of
+from .manipulator import ZERO_CELSIUS, Manipulator, manipulator, rod_member, select_rows
+from .plots import draw_chart
 
-__all__ = ["ENDINGS", "gif", "images", "save"]
+__all__ = ["ENDINGS", "GIF_SIZE", "gif", "images", "save"]
 
-ENDINGS = (".gif", ".mp4")
-_SCALE = "plasma"
-_BODY = np.array([0.62, 0.68, 0.76, 0.16])
-_LIGHT = np.array([0.4, -0.7, 0.6]) / np.linalg.norm([0.4, -0.7, 0.6])
+ENDINGS = (".gif", ".mp4", ".webm")
+GIF_SIZE = (800, 450)  # [pixel] a hundred frames of this size stay below 1 MB
+_FILM_SIZE = (960, 540)  # [pixel]
+_COLOUR_MAP = "plasma"
+_BODY = np.array([0.62, 0.68, 0.76, 0.16])  # red, green, blue, opacity
+_LIGHT = np.array([0.4, -0.7, 0.6]) / np.linalg.norm([0.4, -0.7, 0.6])  # direction of the light on the body
+_GIF_COLOURS = 96  # of a GIF: enough for the colour map and antialiased text; more make the file larger
+_GIF_SCALE = 40  # height [pixel] of the colour map in the picture that the palette is made for: its weight there
 _MILLI = 1e3
 
 
-def images(result: xr.Dataset, frames: int = 100) -> Iterator[np.ndarray]:
-    """Pictures (height, width, 3) of bytes, at most that many, evenly spread in time. CosimError where the result has
-    no shape, or frames is below 2."""
+def images(result: xr.Dataset, frames: int = 100, size: tuple[int, int] = _FILM_SIZE) -> Iterator[np.ndarray]:
+    """Draw the frames of an animation.
+
+    Parameters
+    ----------
+    frames : int
+        Largest number of frames, evenly spaced in time; at least 2.
+    size : tuple of int
+        Width and height [pixel].
+
+    Yields
+    ------
+    ndarray
+        Frame (height, width, 3) of bytes.
+
+    Raises
+    ------
+    CosimError
+        The result has no shape, or `frames` is below 2.
+    """
     if frames < 2:
-        raise CosimError(f"frames = {frames}: an animation has 2 or more")
-    m = manipulator(result, moments(result, frames))
-    figure = Figure(figsize=(9.6, 5.4), dpi=100, layout="constrained")
+        raise CosimError(f"frames = {frames}: allowed: 2 or more")
+    m = manipulator(result, select_rows(result, frames))
+    figure = Figure(figsize=(9.6, 5.4), dpi=size[0] / 9.6, layout="constrained")
     canvas = FigureCanvasAgg(figure)
-    figure.suptitle(str(result.attrs.get("title", "")), fontsize=11)
+    figure.suptitle(str(result.attrs.get("title", "")), fontsize=12)
     left, right = figure.subfigures(1, 2, squeeze=False, width_ratios=(1.25, 1.0))[0]
-    movers = [_body(left, m), _courses(right, result, m)]
-    canvas.draw()  # what stays; what moves is drawn over it
+    updates = [_draw_body(left, m), _draw_charts(right, result, m)]
+    canvas.draw()  # the still parts are drawn once; the moving ones are drawn over them
     background = canvas.copy_from_bbox(figure.bbox)
     for row in range(m.times.size):
         canvas.restore_region(background)
-        for move in movers:
-            for artist in move(row):
+        for update in updates:
+            for artist in update(row):
                 artist.draw(canvas.get_renderer())
         yield np.ascontiguousarray(np.asarray(canvas.buffer_rgba())[:, :, :3])
 
 
-def gif(pictures: Iterable[np.ndarray], fps: float) -> bytes:
-    """As a file of that kind that repeats for ever."""
-    first, *rest = (
-        Image.fromarray(p).quantize(method=Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE) for p in pictures
-    )
+def gif(frames: Iterable[np.ndarray], fps: float) -> bytes:
+    """Encode frames as a GIF that repeats for ever.
+
+    All frames share one palette, so that parts that do not move are stored once.
+    """
+    pictures = [Image.fromarray(frame) for frame in frames]
+    palette = _common_palette(pictures)
+    first, *rest = (picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in pictures)
     file = io.BytesIO()
-    first.save(file, "GIF", save_all=True, append_images=rest, duration=1e3 / fps, loop=0)
+    first.save(file, "GIF", save_all=True, append_images=rest, duration=1e3 / fps, loop=0, optimize=True)
     return file.getvalue()
 
 
@@ -68,107 +97,147 @@ def save(
     fps: float = 20.0,
     progress: Callable[[], object] = lambda: None,
 ) -> None:
-    """Writes a .gif or, with the extra `report`, an .mp4. The file appears whole or not at all. progress: called after
-    each frame. CosimError names what is wrong with ending, frames or fps, or that ffmpeg is missing."""
+    """Write an animation as .gif, or with ffmpeg (extra `report`) as .mp4 or .webm.
+
+    The file appears whole or not at all.
+
+    Parameters
+    ----------
+    frames : int
+        Largest number of frames, evenly spaced in time; at least 2.
+    fps : float
+        Frames per second, above 0, up to 100.
+    progress : callable
+        Called after each frame.
+
+    Raises
+    ------
+    CosimError
+        Another ending, a number out of range, no rod in the result, or no ffmpeg.
+    """
     if path.suffix not in ENDINGS:
         raise CosimError(f"{path}: unknown ending {path.suffix!r}; allowed: {', '.join(ENDINGS)}")
     if not 0.0 < fps <= 100.0:
-        raise CosimError(f"fps = {fps:g}: allowed: above 0, up to 100 frames a second")
+        raise CosimError(f"fps = {fps:g}: allowed: above 0, up to 100 frames per second")
 
-    def watched() -> Iterator[np.ndarray]:
-        for picture in images(result, frames):
-            yield picture
+    def counted() -> Iterator[np.ndarray]:
+        for frame in images(result, frames, GIF_SIZE if path.suffix == ".gif" else _FILM_SIZE):
+            yield frame
             progress()
 
     with atomic_write(path) as draft:
         if path.suffix == ".gif":
-            draft.write_bytes(gif(watched(), fps))
+            draft.write_bytes(gif(counted(), fps))
         else:
-            _write_mp4(watched(), draft, fps)
+            _write_film(counted(), draft, fps)
 
 
-def _write_mp4(pictures: Iterator[np.ndarray], path: Path, fps: float) -> None:
+def _common_palette(pictures: list[Image.Image]) -> Image.Image:
+    """Palette of the first, middle and last picture, the colour map and the colours of the lines together."""
+    width = pictures[0].width
+    scale = np.tile(colormaps[_COLOUR_MAP](np.linspace(0.0, 1.0, width)), (_GIF_SCALE, 1, 1))
+    lines = np.tile(to_rgba_array(SERIES)[:, None], (1, width, 1)).repeat(_GIF_SCALE // 5, axis=0)
+    chosen = [pictures[k] for k in sorted({0, len(pictures) // 2, len(pictures) - 1})]
+    chosen += [Image.fromarray(np.uint8(255 * colours[:, :, :3])) for colours in (scale, lines)]
+    joined = Image.fromarray(np.concatenate([np.asarray(picture) for picture in chosen]))
+    return joined.quantize(_GIF_COLOURS, method=Image.Quantize.MEDIANCUT, kmeans=1, dither=Image.Dither.NONE)
+
+
+def _write_film(frames: Iterator[np.ndarray], path: Path, fps: float) -> None:
     try:
-        import imageio_ffmpeg  # finds ffmpeg, or brings it along
+        import imageio_ffmpeg  # brings ffmpeg along, or uses that of the machine
     except ModuleNotFoundError as error:
         raise CosimError(
-            f"an MP4 needs ffmpeg: {error}; run pip install 'tca-cosim[report]', or write a .gif"
+            f"{path.suffix} needs ffmpeg: {error}; run pip install 'tca-cosim[report]', or write a .gif"
         ) from error
-    first = next(pictures)  # an error of theirs comes before ffmpeg starts
+    first = next(frames)  # an error of the drawing comes before ffmpeg starts
     height, width, _ = first.shape
-    writer = imageio_ffmpeg.write_frames(str(path), (width, height), fps=fps, macro_block_size=4)
+    codec = "libvpx-vp9" if path.suffix == ".webm" else "libx264"
+    writer = imageio_ffmpeg.write_frames(str(path), (width, height), fps=fps, codec=codec, macro_block_size=4)
     writer.send(None)
     try:
         writer.send(first)
-        for picture in pictures:
-            writer.send(picture)
+        for frame in frames:
+            writer.send(frame)
     finally:
         writer.close()
 
 
-_Mover = Callable[[int], Iterable[Artist]]  # puts its artists where they are at that row, and names them
+_Update = Callable[[int], Iterable[Artist]]  # moves its artists to a row and returns them
 
 
-def _body(figure: SubFigure, m: Manipulator) -> _Mover:
-    """Body and TCAs, in axes that hold all of the motion."""
+def _draw_body(figure: SubFigure, m: Manipulator) -> _Update:
+    """Draw body and TCAs in axes that contain the whole motion."""
     axes = figure.add_subplot(projection="3d", computed_zorder=False)
     surfaces = [m.body, *m.tcas]
-    places = [_MILLI * m.frames.sweep(s.offsets, s.stations) for s in surfaces]
+    corners = [_MILLI * m.frames.sweep(s.offsets, s.stations) for s in surfaces]
     celsius = m.temperature - ZERO_CELSIUS
-    scale = ScalarMappable(Normalize(celsius.min(), max(celsius.max(), celsius.min() + 1.0)), _SCALE)
+    scale = ScalarMappable(Normalize(celsius.min(), max(celsius.max(), celsius.min() + 1.0)), _COLOUR_MAP)
     faces = Poly3DCollection([], linewidths=0.0, antialiased=True, animated=True)
     axes.add_collection3d(faces)
-    low, high = places[0].min(axis=(0, 1)), places[0].max(axis=(0, 1))
+    low, high = corners[0].min(axis=(0, 1)), corners[0].max(axis=(0, 1))
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
     axes.set(xlabel="x [mm]", ylabel="y [mm]", zlabel="z [mm]")
     axes.set_box_aspect(high - low)
+    for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
+        axis.set_major_locator(MaxNLocator(4))
     x, y, _ = m.frames.p[-1, -1]
-    axes.view_init(elev=18.0, azim=float(np.degrees(np.arctan2(y, x))) - 55.0)  # the tip turns towards the eye
-    axes.tick_params(labelsize=7)
-    clock = axes.text2D(0.02, 0.96, "", transform=axes.transAxes, fontsize=11, family="monospace", animated=True)
+    axes.view_init(elev=18.0, azim=float(np.degrees(np.arctan2(y, x))) - 55.0)  # the tip bends towards the viewer
+    axes.tick_params(labelsize=8)
+    _draw_gravity(axes, m, low, high)
+    clock = axes.text2D(0.02, 0.96, "", transform=axes.transAxes, fontsize=12, family="monospace", animated=True)
     bar = figure.colorbar(scale, ax=axes, shrink=0.6, pad=0.1, location="left")
-    bar.set_label("mean temperature of the TCAs [°C]", fontsize=8)
+    bar.set_label("mean temperature of the TCAs [°C]", fontsize=9)
 
-    def move(row: int) -> Iterable[Artist]:
-        triangles = [place[row][s.triangles] for place, s in zip(places, surfaces, strict=True)]
-        colours = [_shaded(np.array(_BODY), triangles[0])]
-        colours += [_shaded(np.array(scale.to_rgba(T)), t) for T, t in zip(celsius[row], triangles[1:], strict=True)]
+    def update(row: int) -> Iterable[Artist]:
+        triangles = [points[row][s.triangles] for points, s in zip(corners, surfaces, strict=True)]
+        colours = [_shaded(_BODY, triangles[0])]  # TCAs are not shaded: their colour means a temperature
+        colours += [
+            np.tile(np.array(scale.to_rgba(T)), (len(t), 1)) for T, t in zip(celsius[row], triangles[1:], strict=True)
+        ]
         faces.set_verts(np.concatenate(triangles))
         faces.set_facecolor(np.concatenate(colours))
         faces.do_3d_projection()
         clock.set_text(f"t = {m.times[row]:6.2f} s")
         return faces, clock
 
-    return move
+    return update
+
+
+def _draw_gravity(axes: Axes3D, m: Manipulator, low: np.ndarray, high: np.ndarray) -> None:
+    """Draw an arrow in the direction of gravity, where it is constant and not zero."""
+    g = m.gravity[-1]
+    size = float(np.linalg.norm(g))
+    if size == 0.0 or np.ptp(m.gravity, axis=0).any():
+        return
+    start, arrow = np.array([low[0], high[1], high[2]]), 0.3 * float((high - low).max()) * g / size
+    axes.quiver(*start, *arrow, color="black", linewidth=1.5, arrow_length_ratio=0.25)
+    axes.text(*start, f"g = {size:.3g} m/s²", fontsize=9)
 
 
 def _shaded(colour: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """(n, 4): one colour in the light of a lamp, for triangles (n, 3, 3)."""
+    """Colours (n, 4) of triangles (n, 3, 3) in the light of a distant lamp."""
     normal = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
-    light = 0.65 + 0.35 * np.abs(normal @ _LIGHT)
-    return np.column_stack([light[:, None] * colour[:3], np.full(len(triangles), colour[3])])
+    brightness = 0.65 + 0.35 * np.abs(normal @ _LIGHT)
+    return np.column_stack([brightness[:, None] * colour[:3], np.full(len(triangles), colour[3])])
 
 
-def _courses(figure: SubFigure, result: xr.Dataset, m: Manipulator) -> _Mover:
-    """Charts of voltages, where a heat model has them, and temperatures, with a line at the time that is shown."""
-    heat, rod = of_heat(result), of_rod(result)
-    shown = [(f"{heat}.V", "voltage [V]", 0.0)] if heat else []
-    shown.append((f"{rod}.T", "temperature [°C]", ZERO_CELSIUS))
-    lines = []
-    places = figure.subplots(len(shown), 1, sharex=True, squeeze=False).flat
-    for axes, (name, label, zero) in zip(places, shown, strict=True):
-        for k, course in enumerate(result[name].to_numpy().T):
-            axes.plot(result["time"], course - zero, color=COLOURS[k % len(COLOURS)], label=f"TCA {k + 1}")
-        axes.set_ylabel(label)
-        axes.grid(alpha=0.3)
-        lines.append(axes.axvline(0.0, color="black", linewidth=1.0, animated=True))
-    axes.set_xlabel("t [s]")
-    axes.legend(fontsize=8, loc="upper left")
+def _draw_charts(figure: SubFigure, result: xr.Dataset, m: Manipulator) -> _Update:
+    """Draw voltages, where they change, and temperatures, with a line at the time that is shown."""
+    shown = [chart for chart in charts(result) if chart.title in ("Voltages", "Temperatures") and chart.lines]
+    if not any(chart.title == "Temperatures" for chart in shown):
+        shown += charts_of(result, [f"{rod_member(result)}.T"])
+    markers = []
+    panels = figure.subplots(len(shown), 1, sharex=True, squeeze=False)[:, 0]
+    for axes, chart in zip(panels, shown, strict=True):
+        draw_chart(axes, chart, result["time"].to_numpy())
+        axes.label_outer()
+        markers.append(axes.axvline(m.times[0], color="black", linewidth=1.0, animated=True))
 
-    def move(row: int) -> Iterable[Artist]:
-        for line in lines:
-            line.set_xdata([m.times[row]] * 2)
-        return lines
+    def update(row: int) -> Iterable[Artist]:
+        for marker in markers:
+            marker.set_xdata([m.times[row]] * 2)
+        return markers
 
-    return move
+    return update

@@ -1,147 +1,278 @@
-"""What is shown of a result over time: groups of courses with labels and units, for whatever draws them."""
+"""Charts of a result over time, as data: lines with labels and units, for matplotlib and for the page.
+
+Quantities that do not change are no lines: they are listed as constants, with their value.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import difflib
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
 
-from .manipulator import ZERO_CELSIUS, members, of_heat, of_rod
+from ..errors import CosimError
+from .manipulator import ZERO_CELSIUS, heat_member, members, rod_member
 
-__all__ = ["COLOURS", "Chart", "Line", "charts"]
+__all__ = ["Chart", "Line", "charts", "charts_of"]
 
-COLOURS = ("#2f6fdf", "#e8833a", "#2a9d6f", "#b04ec4", "#8a6d3b", "#d6455d")
+_MILLI = 1e3
+_CONSTANT = 1e-6  # a line whose range is below this fraction of its quantity's largest value does not change
 
 
 @dataclass(frozen=True)
 class Line:
-    """values (time,), in the chart's unit. dashed: beside the point of the chart."""
+    """One curve of a chart."""
 
     label: str
-    values: np.ndarray
-    colour: str
-    dashed: bool = False
+    values: np.ndarray  # (time,) in the chart's unit
+    number: int  # of its colour
+    dashed: bool = False  # for quantities that accompany the others
+
+
+@dataclass(frozen=True)
+class Constant:
+    """Quantity of a chart that does not change."""
+
+    label: str
+    value: float  # in the chart's unit
 
 
 @dataclass(frozen=True)
 class Chart:
+    """Quantities of one unit; without lines where all of them are constant."""
+
     title: str
     unit: str
     lines: tuple[Line, ...]
+    constants: tuple[Constant, ...] = ()
     log: bool = False
-    stepped: bool = False  # a value belongs to the macro step that ends there
+    stepped: bool = False  # a value belongs to the macro step that ends at its time
     from_zero: bool = False
+
+    @property
+    def heading(self) -> str:
+        """Title and unit."""
+        return self.title if self.unit == "1" else f"{self.title} [{self.unit}]"
+
+    @property
+    def constants_text(self) -> str:
+        """Constants with their values; equal ones together."""
+        by_value: dict[str, list[str]] = {}
+        for constant in self.constants:
+            by_value.setdefault(f"{constant.value + 0.0:.4g}", []).append(constant.label)
+        unit = "" if self.unit == "1" else f" {self.unit}"
+        return "; ".join(f"{', '.join(labels)} = {value}{unit}" for value, labels in by_value.items())
+
+
+@dataclass(frozen=True)
+class _Quantity:
+    """Variable of a chart; one label with {} serves any number of elements."""
+
+    name: str
+    labels: tuple[str, ...]
+    dashed: bool = False
 
 
 @dataclass(frozen=True)
 class _Group:
-    """variables: name -> labels of its elements; one label with {} serves any number of them."""
+    """Chart of a member that the package knows."""
 
     title: str
-    variables: dict[str, tuple[str, ...]]
-    aside: tuple[str, ...] = ()  # those that are dashed
+    quantities: tuple[_Quantity, ...]
     milli: bool = False
     log: bool = False
     stepped: bool = False
     from_zero: bool = False
 
 
-_XYZ = ("x", "y", "z")
+def _vector(title: str, name: str, milli: bool = False) -> _Group:
+    return _Group(title, (_Quantity(name, ("x", "y", "z")),), milli)
+
+
+def _per_tca(title: str, name: str, milli: bool = False) -> _Group:
+    return _Group(title, (_Quantity(name, ("TCA {}",)),), milli)
+
+
 _HEAT = (
-    _Group("Voltages", {"V": ("TCA {}",)}),
+    _per_tca("Voltages", "V"),
     _Group(
         "Temperatures",
-        {"T": ("TCA {}, mean",), "T_max": ("hottest point",), "T_surface": ("surface, mean",)},
-        ("T_max", "T_surface"),
+        (
+            _Quantity("T", ("TCA {}, mean",)),
+            _Quantity("T_max", ("hottest point",), dashed=True),
+            _Quantity("T_surface", ("surface, mean",), dashed=True),
+        ),
     ),
-    _Group("Heat flows", {"P": ("into TCA {}",), "Q_loss": ("through the surface",)}, ("Q_loss",)),
-    _Group("Heat stored since the start", {"E_stored": ("stored",)}),
+    _Group(
+        "Heat flows",
+        (_Quantity("P", ("into TCA {}",)), _Quantity("Q_loss", ("through the surface",), dashed=True)),
+    ),
+    _Group("Heat stored since the start", (_Quantity("E_stored", ("stored",)),)),
 )
+_ENERGIES = {
+    "elastic": "elastic, body",
+    "tca": "elastic, TCAs",
+    "kinetic": "kinetic",
+    "gravity": "gravity",
+    "dissipated": "dissipated",
+}
 _ROD = (
-    _Group("Angles of the tip", {"tip.euler": ("α", "β", "γ")}),
-    _Group("Position of the tip", {"tip.p": _XYZ}, milli=True),
-    _Group("Velocity of the tip", {"tip.v": _XYZ}, milli=True),
-    _Group("Displacements of the TCAs", {"delta": ("TCA {}",)}, milli=True),
-    _Group("Tensions of the TCAs", {"N": ("TCA {}",)}),
+    _Group("Angles of the tip", (_Quantity("tip.euler", ("α", "β", "γ")),)),
+    _vector("Position of the tip", "tip.p", milli=True),
+    _vector("Velocity of the tip", "tip.v", milli=True),
+    _per_tca("Displacements of the TCAs", "delta", milli=True),
+    _per_tca("Tensions of the TCAs", "N"),
     _Group(
         "Energies of the rod",
-        {
-            f"energy.{kind}": (label,)
-            for kind, label in {
-                "elastic": "elastic, body",
-                "tca": "elastic, TCAs",
-                "kinetic": "kinetic",
-                "gravity": "gravity",
-                "dissipated": "dissipated",
-            }.items()
-        },
+        tuple(_Quantity(f"energy.{kind}", (label,)) for kind, label in _ENERGIES.items()),
         milli=True,
     ),
-    _Group("Gravity", {"gravity": _XYZ}),
-    _Group("Force on the tip", {"tip_force": _XYZ}, milli=True),
-    _Group("Moment on the tip", {"tip_moment": _XYZ}, milli=True),
+    _vector("Gravity", "gravity"),
+    _vector("Force on the tip", "tip_force", milli=True),
+    _vector("Moment on the tip", "tip_moment", milli=True),
 )
 _COUPLING = (
-    _Group("Sweeps per macro step", {"sweeps": ("sweeps",)}, stepped=True, from_zero=True),
-    _Group("Loop gain (above 1 plain iteration diverges)", {"gain": ("spectral radius of one sweep",)}, from_zero=True),
-    _Group("Length of the macro steps", {"step": ("step",)}, milli=True, stepped=True, from_zero=True),
+    _Group("Sweeps per macro step", (_Quantity("sweeps", ("sweeps",)),), stepped=True, from_zero=True),
+    _Group(
+        "Loop gain (above 1 plain iteration diverges)",
+        (_Quantity("gain", ("spectral radius of one sweep",)),),
+        from_zero=True,
+    ),
+    _Group("Length of the macro steps", (_Quantity("step", ("step",)),), milli=True, stepped=True, from_zero=True),
     _Group(
         "Coupling residual and error, share of the nominals",
-        {"error": ("estimated error",), "residual": ("last residual",)},
-        ("residual",),
+        (_Quantity("error", ("estimated error",)), _Quantity("residual", ("last residual",), dashed=True)),
         log=True,
     ),
 )
 
 
 def charts(result: xr.Dataset) -> list[Chart]:
-    """Those with something else than zeros in them: heat, rod, other members a chart per unit, coupling."""
-    known = {of_heat(result): _HEAT, of_rod(result): _ROD}
-    found: list[Chart] = []
+    """Charts of all quantities that are not zero: heat, rod, other members with a chart per unit, coupling."""
+    known = {heat_member(result): _HEAT, rod_member(result): _ROD}
+    drawn: list[Chart] = []
     for member in members(result):
-        found += _known(result, member, known[member]) if member in known else _unknown(result, member)
-    return found + list(_known(result, "coupling", _COUPLING))
+        groups = known.get(member)
+        drawn += _by_unit(result, member) if groups is None else _known(result, member, groups)
+    return drawn + list(_known(result, "coupling", _COUPLING))
 
 
-def _known(result: xr.Dataset, member: str, groups: tuple[_Group, ...]) -> Iterator[Chart]:
+def charts_of(result: xr.Dataset, quantities: Iterable[str]) -> list[Chart]:
+    """Charts of chosen quantities, one each.
+
+    Parameters
+    ----------
+    quantities : iterable of str
+        Names of variables of the result, such as ``rod.tip.p``, or of one element, such as ``rod.tip.p[1]``.
+
+    Raises
+    ------
+    CosimError
+        The result has no quantity of that name, or it is not one over time with at most one index.
+    """
+    known = {heat_member(result): _HEAT, rod_member(result): _ROD, "coupling": _COUPLING}
+    return [_chosen(result, name, known) for name in quantities]
+
+
+def _chosen(result: xr.Dataset, name: str, known: dict[str | None, tuple[_Group, ...]]) -> Chart:
+    base, _, index = name.partition("[")
+    array = result.get(base)
+    drawable = [str(n) for n, a in result.data_vars.items() if a.dims[:1] == ("time",) and a.ndim <= 2]
+    if array is None or base not in drawable:
+        near = difflib.get_close_matches(base, drawable, 5) or drawable[:5]
+        raise CosimError(f"quantity {name!r}: not in the result; nearest names: {', '.join(near)}")
+    count = array.sizes[array.dims[1]] if array.ndim == 2 else 1
+    element = index.rstrip("]")
+    if index and not (element.isdigit() and array.ndim == 2 and 1 <= int(element) <= count):
+        elements = f" or {base}[1] to {base}[{count}]" if array.ndim == 2 else ""
+        raise CosimError(f"quantity {name!r}: allowed: {base}{elements}")
+    member = next((m for m in known if m and base.startswith(f"{m}.")), None)
+    for group in known.get(member, ()):
+        for quantity in group.quantities:
+            if f"{member}.{quantity.name}" == base:
+                one = _Group(group.title, (quantity,), group.milli, group.log, group.stepped, group.from_zero)
+                return _only(_group_chart(result, str(member), one), int(element) if index else None)
+    values, unit = _values(array, milli=False)
+    labels = [base] if array.ndim == 1 else [f"{base}[{k + 1}]" for k in range(count)]
+    return _only(_chart(base, unit, list(zip(labels, values.T, strict=True))), int(element) if index else None)
+
+
+def _only(chart: Chart, element: int | None) -> Chart:
+    """Chart of all quantities as lines, also constant ones, or of one element."""
+    if element is None:
+        return chart
+    lines = [line for line in chart.lines if line.number == element - 1]
+    return Chart(chart.title, chart.unit, tuple(lines), (), chart.log, chart.stepped, chart.from_zero)
+
+
+def _known(result: xr.Dataset, member: str, groups: Sequence[_Group]) -> Iterator[Chart]:
     for group in groups:
-        lines: list[Line] = []
-        unit = ""
-        for name, labels in group.variables.items():
-            array = result.get(f"{member}.{name}")
-            if array is None or not np.nan_to_num(array).any():
-                continue
-            values, unit = _shown(array, group.milli)
-            if group.stepped:
-                values[0] = np.nan  # the start has no step before it
-            if group.log:
-                values[values <= 0.0] = np.nan
-            each = labels if len(labels) > 1 else [labels[0].format(k + 1) for k in range(values.shape[1])]
-            for label, course in zip(each, values.T, strict=True):
-                lines.append(Line(label, course, COLOURS[len(lines) % len(COLOURS)], name in group.aside))
-        if lines:
-            yield Chart(group.title, unit, tuple(lines), group.log, group.stepped, group.from_zero)
+        nonzero = tuple(
+            quantity
+            for quantity in group.quantities
+            if f"{member}.{quantity.name}" in result and np.nan_to_num(result[f"{member}.{quantity.name}"]).any()
+        )
+        if nonzero:
+            chosen = _Group(group.title, nonzero, group.milli, group.log, group.stepped, group.from_zero)
+            yield _without_constants(_group_chart(result, member, chosen))
 
 
-def _unknown(result: xr.Dataset, member: str) -> Iterator[Chart]:
+def _group_chart(result: xr.Dataset, member: str, group: _Group) -> Chart:
+    """Chart of a group whose quantities the result has; every element is a line."""
+    lines: list[Line] = []
+    unit = ""
+    for quantity in group.quantities:
+        values, unit = _values(result[f"{member}.{quantity.name}"], group.milli)
+        if group.stepped:
+            values[0] = np.nan  # no step ends at the start
+        if group.log:
+            values[values <= 0.0] = np.nan
+        count = values.shape[1]
+        labels = (
+            quantity.labels if len(quantity.labels) > 1 else [quantity.labels[0].format(k + 1) for k in range(count)]
+        )
+        for label, curve in zip(labels, values.T, strict=True):
+            lines.append(Line(label, curve, len(lines), quantity.dashed))
+    return Chart(group.title, unit, tuple(lines), (), group.log, group.stepped, group.from_zero)
+
+
+def _by_unit(result: xr.Dataset, member: str) -> Iterator[Chart]:
+    """Charts of a member that the package does not know: one for each unit."""
     by_unit: dict[str, list[tuple[str, np.ndarray]]] = {}
     for name, array in result.data_vars.items():
         if not str(name).startswith(f"{member}."):
             continue
-        values, unit = _shown(array, milli=False)
+        values, unit = _values(array, milli=False)
         label = str(name).removeprefix(f"{member}.")
         labels = [label] if array.ndim == 1 else [f"{label}[{k + 1}]" for k in range(values.shape[1])]
         by_unit.setdefault(unit, []).extend(zip(labels, values.T, strict=True))
-    for unit, courses in by_unit.items():
-        lines = tuple(Line(label, c, COLOURS[k % len(COLOURS)]) for k, (label, c) in enumerate(courses))
-        yield Chart(member, unit, lines)
+    for unit, curves in by_unit.items():
+        yield _without_constants(_chart(member, unit, curves))
 
 
-def _shown(array: xr.DataArray, milli: bool) -> tuple[np.ndarray, str]:
-    """(time, n), a copy, in a unit for people: degrees Celsius for kelvin, thousandths where asked for."""
+def _chart(title: str, unit: str, curves: Sequence[tuple[str, np.ndarray]]) -> Chart:
+    return Chart(title, unit, tuple(Line(label, curve, k) for k, (label, curve) in enumerate(curves)))
+
+
+def _without_constants(chart: Chart) -> Chart:
+    """Move the lines that do not change to the constants."""
+    largest = max((np.nanmax(np.abs(line.values), initial=0.0) for line in chart.lines), default=0.0)
+    lines, constants = [], []
+    for line in chart.lines:
+        known = line.values[np.isfinite(line.values)]
+        scale = np.abs(known).max(initial=0.0) if chart.log else largest
+        if known.size and np.ptp(known) <= _CONSTANT * scale:
+            constants.append(Constant(line.label, float(known[-1]) if abs(known[-1]) > _CONSTANT * scale else 0.0))
+        elif known.size:
+            lines.append(line)
+    return Chart(chart.title, chart.unit, tuple(lines), tuple(constants), chart.log, chart.stepped, chart.from_zero)
+
+
+def _values(array: xr.DataArray, milli: bool) -> tuple[np.ndarray, str]:
+    """Copy (time, n) in a unit for people: degrees Celsius for kelvin, thousandths where asked for."""
     values, unit = array.to_numpy().reshape(array.sizes["time"], -1).astype(float), array.attrs.get("units", "1")
     if unit == "K":
         return values - ZERO_CELSIUS, "°C"
-    return (1e3 * values, f"m{unit}") if milli else (values, unit)
+    return (_MILLI * values, f"m{unit}") if milli else (values, unit)

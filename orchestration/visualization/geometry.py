@@ -1,10 +1,10 @@
-"""A soft body in space: cross-sections along its centreline, and surfaces swept by points that stay fixed in them.
+"""Geometry of a soft body in space: cross-sections along its centreline, surfaces of points that are fixed in them.
 
     x(k) = p_k + a d1_k + b d2_k      (a, b) fixed in the cross-section of station k [m]
 
-d1, d2 are carried along the centreline without turning about it (parallel transport: Bishop, "There is more than one
-way to frame a curve", 1975), and then turned about it evenly, so that they end in the tip's own orientation. The
-cross-section is taken to be normal to the centreline: the shear of a slender body is not seen."""
+d1 and d2 follow the centreline by parallel transport (Bishop, "There is more than one way to frame a curve", 1975). An
+even twist is added, so that they end in the orientation of the tip. Cross-sections are drawn normal to the centreline:
+the shear of a slender body is not visible."""
 
 from __future__ import annotations
 
@@ -19,30 +19,39 @@ __all__ = ["Frames", "Surface", "disc", "frames", "tube"]
 
 @dataclass(frozen=True)
 class Frames:
-    """p, d1, d2: (time, station, 3); p in m, d1 and d2 unit vectors that span the cross-section."""
+    """Cross-sections over time."""
 
-    p: np.ndarray
-    d1: np.ndarray
-    d2: np.ndarray
+    p: np.ndarray  # centreline (time, station, 3) [m]
+    d1: np.ndarray  # first unit vector of the cross-section (time, station, 3)
+    d2: np.ndarray  # second one
 
     def sweep(self, offsets: np.ndarray, stations: np.ndarray) -> np.ndarray:
-        """(time, n, 3) [m]: where the points of (n, 2) offsets [m] in the cross-sections of (n,) stations are."""
+        """Positions (time, n, 3) [m] of points with offsets (n, 2) [m] in the cross-sections of stations (n,)."""
         a, b = offsets.T[:, :, None]
         return self.p[:, stations] + a * self.d1[:, stations] + b * self.d2[:, stations]
 
 
 @dataclass(frozen=True)
 class Surface:
-    """Points in cross-sections, joined by triangles: offsets (n, 2) [m], stations (n,), triangles (m, 3)."""
+    """Triangles whose corners are fixed in cross-sections."""
 
-    offsets: np.ndarray
-    stations: np.ndarray
-    triangles: np.ndarray
+    offsets: np.ndarray  # of the corners in their cross-sections (n, 2) [m]
+    stations: np.ndarray  # indices of these cross-sections (n,)
+    triangles: np.ndarray  # indices of the corners (m, 3)
 
 
 def frames(points: np.ndarray, tip: np.ndarray, stations: int) -> Frames:
-    """points: centreline (time, n >= 4, 3) [m], evenly spaced along the body from the clamp, where it leaves along z;
-    tip: quaternions (time, 4) of its end, scalar part first; stations: how many cross-sections, evenly spaced."""
+    """Construct evenly spaced cross-sections along a centreline.
+
+    Parameters
+    ----------
+    points : ndarray
+        Centreline (time, n >= 4, 3) [m], evenly spaced along the body from the clamp, where it starts along z.
+    tip : ndarray
+        Quaternions (time, 4) of the tip's orientation, scalar part first.
+    stations : int
+        Number of cross-sections.
+    """
     along = np.linspace(0.0, 1.0, points.shape[1])
     fine = np.linspace(0.0, 1.0, stations)
     line = CubicSpline(along, points, axis=1)
@@ -62,8 +71,9 @@ def frames(points: np.ndarray, tip: np.ndarray, stations: int) -> Frames:
 
 
 def tube(centres: np.ndarray, radius: float, around: int) -> Surface:
-    """Of a circle carried along: centres (stations, 2) in the cross-sections and radius [m]; around: corners of the
-    circle."""
+    """Surface of a tube with centres (stations, 2) [m] in the cross-sections and a radius [m].
+
+    `around` is the number of corners of its circles."""
     stations = len(centres)
     angle = 2.0 * np.pi * np.arange(around) / around
     ring = radius * np.column_stack([np.cos(angle), np.sin(angle)])
@@ -77,7 +87,7 @@ def tube(centres: np.ndarray, radius: float, around: int) -> Surface:
 
 
 def disc(radius: float, station: int, around: int) -> Surface:
-    """A whole cross-section."""
+    """Surface of a whole cross-section."""
     ring = tube(np.zeros((1, 2)), radius, around).offsets
     here = np.arange(around)
     fan = np.column_stack([np.full(around, around), here, (here + 1) % around])

@@ -5,7 +5,7 @@ times are those of warm runs in one thread, in rounds. The points are data: seri
 
     from tca_cosim.benchmarks import work_precision
     table = work_precision.run_chart("step", repeats=7)
-    save_figure(work_precision.plot.draw(table), folder, "chart_step")
+    save_figure(work_precision.plot.draw(table, "coupling"), folder, "chart_step_coupling")
 """
 
 from __future__ import annotations

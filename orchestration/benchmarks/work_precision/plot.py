@@ -1,6 +1,7 @@
-"""Figure of a chart: error to the right, cost upwards; CPU time above, evaluations (machine-independent) below.
+"""Figures of a chart, one per panel: error to the right, cost upwards.
 
-One column per panel. The best points lie at the lower left."""
+Left: CPU time; right: evaluations, which do not depend on the machine. The best points lie at the lower left.
+"""
 
 from __future__ import annotations
 
@@ -14,49 +15,45 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-__all__ = ["COLOURS", "DPI", "FAILED", "MARKERS", "draw"]
+from ...plotting import MARKERS, SERIES, grid, readable_log_ticks, series_colour
 
-DPI = 90  # resolution of the PNGs [dots per inch]
-COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#7f7f7f", "#000000")  # Okabe, Ito
-MARKERS = "osD^vP*X"
-FAILED = "#d62728"
+__all__ = ["DPI", "FAILED", "draw", "panels"]
+
+DPI = 100  # resolution of the PNGs [dots per inch]
+FAILED = SERIES[1]  # colour of the edge where failures are drawn; their markers are crosses
 
 
-def draw(dataset: xr.Dataset) -> Figure:
-    """Draw the table of run_chart()."""
-    titles = json.loads(dataset.attrs["panels"])
-    panels = [key for key in titles if (dataset["panel"] == key).any()]
-    figure = Figure(figsize=(1.2 + 4.0 * len(panels), 8.4), layout="constrained")
-    axes = figure.subplots(2, len(panels), sharex=True, sharey="row", squeeze=False)
-    edge = _limits(dataset, axes[0, 0])
-    for column, key in zip(axes.T, panels, strict=True):
-        here = dataset.isel(point=np.flatnonzero(dataset["panel"] == key))
-        names = list(dict.fromkeys(here["series"].to_numpy().tolist()))
-        for panel, cost in zip(column, ("time", "work"), strict=True):
-            _frame(panel, dataset, cost, edge)
-            for k, name in enumerate(names):
-                _series(panel, here.isel(point=np.flatnonzero(here["series"] == name)), cost, k, edge)
-        column[0].set_title(titles[key], fontsize=11)
-        column[1].legend(
-            handles=[_key(k, name) for k, name in enumerate(names)],
-            loc="upper center",
-            bbox_to_anchor=(0.5, -0.16),
-            ncols=2,
-            fontsize=9,
-            frameon=False,
-        )
-        column[1].set_xlabel("error [1]")
-    axes[0, 0].set_ylabel("CPU time of a warm run [s]")
-    axes[1, 0].set_ylabel("evaluations of the rod's equations [1]\n(scipy: right-hand sides or shots)")
-    width = figure.get_figwidth()
-    figure.supxlabel(_wrapped(_below(dataset), 10.5 * width), fontsize=9)
-    figure.suptitle(_wrapped(dataset.attrs["title"], 8.5 * width), fontsize=13)
+def panels(dataset: xr.Dataset) -> list[str]:
+    """Names of the panels of a table of run_chart() in their order."""
+    return [key for key in json.loads(dataset.attrs["panels"]) if (dataset["panel"] == key).any()]
+
+
+def draw(dataset: xr.Dataset, panel: str) -> Figure:
+    """Draw one panel of the table of run_chart()."""
+    title = json.loads(dataset.attrs["panels"])[panel]
+    here = dataset.isel(point=np.flatnonzero(dataset["panel"] == panel))
+    names = list(dict.fromkeys(here["series"].to_numpy().tolist()))
+    figure = Figure(figsize=(9.0, 5.6), layout="constrained")
+    both = figure.subplots(1, 2, sharex=True, squeeze=False)[0]
+    edge = _limits(dataset, both[0])
+    for axes, cost in zip(both, ("time", "work"), strict=True):
+        _frame(axes, dataset, cost, edge)
+        for k, name in enumerate(names):
+            _series(axes, here.isel(point=np.flatnonzero(here["series"] == name)), cost, k, edge)
+        axes.set_xlabel("error [1]")
+        readable_log_ticks(axes)
+    both[0].set_title("CPU time of a warm run [s]", fontsize=11, loc="left")
+    both[1].set_title("evaluations of the rod's equations [1]", fontsize=11, loc="left")
+    handles = [_key(k, name) for k, name in enumerate(names)]
+    figure.legend(handles=handles, loc="outside upper center", ncols=min(4, len(names)), frameon=False)
+    figure.supxlabel(_wrapped(_note(dataset), 125), fontsize=9, x=0.01, ha="left")
+    figure.suptitle(_wrapped(f"{dataset.attrs['title']}: {title}", 80), fontsize=13)
     return figure
 
 
-def _wrapped(text: str, characters: float) -> str:
+def _wrapped(text: str, characters: int) -> str:
     """Text in lines of at most that many characters."""
-    return "\n".join(textwrap.fill(line, int(characters)) for line in text.splitlines())
+    return "\n".join(textwrap.fill(line, characters) for line in text.splitlines())
 
 
 def _limits(dataset: xr.Dataset, axes: Axes) -> float:
@@ -72,8 +69,7 @@ def _limits(dataset: xr.Dataset, axes: Axes) -> float:
 def _frame(axes: Axes, dataset: xr.Dataset, cost: str, edge: float) -> None:
     """Draw grid, floor, edge of failures and the Pareto front of the whole chart."""
     axes.set(xscale="log", yscale="log")
-    axes.grid(which="major", color="0.9", linewidth=0.7)
-    axes.set_axisbelow(True)
+    grid(axes)
     floor = float(dataset.attrs["floor"])
     axes.axvspan(axes.get_xlim()[0], floor, color="0.93", zorder=0)
     axes.axvline(floor, color="0.5", linestyle=":", linewidth=1.2)
@@ -104,15 +100,16 @@ def _key(number: int, name: str) -> Line2D:
 
 
 def _style(number: int) -> dict[str, Any]:
-    looks = {"color": COLOURS[number % len(COLOURS)], "marker": MARKERS[number % len(MARKERS)]}
-    return {**looks, "markersize": 5.5, "linewidth": 1.2}
+    marker = MARKERS[number % len(MARKERS)]
+    return {"color": series_colour(number), "marker": marker, "markersize": 6.0, "linewidth": 1.3}
 
 
-def _below(dataset: xr.Dataset) -> str:
+def _note(dataset: xr.Dataset) -> str:
     machine = json.loads(dataset.attrs["machine"])
     return (
         f"{dataset.attrs['axis']}. Grey line, rings: no other point is faster and as exact. Dotted: floor "
-        f"{dataset.attrs['floor']:.0e}, the gap between two refined monoliths. Red edge: failed.\n"
+        f"{dataset.attrs['floor']:.0e}, the gap between two refined monoliths. Coloured edge: failed. "
+        "Evaluations of scipy are right-hand sides or integrations along the rod.\n"
         f"Times: median and quartiles of {dataset.attrs['repeats']} rounds, one thread of {machine['processor']}, "
         f"whose {machine['cores']} cores had a load of {machine['load']}; commit {dataset.attrs['commit']}"
     )

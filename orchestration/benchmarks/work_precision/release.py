@@ -11,16 +11,17 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from ...plotting import MARKERS, grid, series_colour
 from ..peers.table import PeerRow
 from .norm import pareto_front
-from .plot import COLOURS, FAILED, MARKERS
+from .plot import FAILED
 
 __all__ = ["draw"]
 
 
 def draw(rows: Sequence[PeerRow], notes: Sequence[str]) -> Figure:
     """Draw the rows and notes of peers.compare_peers()."""
-    figure = Figure(figsize=(10.5, 5.6), layout="constrained")
+    figure = Figure(figsize=(9.0, 5.6), layout="constrained")
     axes = figure.subplots(1, 2, sharex=True, sharey=True)
     codes = list(dict.fromkeys((row.code, row.dim) for row in rows))
     for panel, damped in zip(axes, (False, True), strict=True):
@@ -29,7 +30,7 @@ def draw(rows: Sequence[PeerRow], notes: Sequence[str]) -> Figure:
         panel.set_title("damped, retardation 5 ms" if damped else "undamped", fontsize=11)
     axes[0].set_ylabel("CPU time per second simulated [s/s], median and quartiles")
     handles, labels = axes[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), fontsize=9, frameon=False)
+    figure.legend(handles, labels, loc="outside lower center", ncols=3, frameon=False)
     figure.suptitle(
         f"A bare rod, let go under gravity: rod.fmu beside other codes\n{notes[0]}; one thread", fontsize=11
     )
@@ -38,8 +39,7 @@ def draw(rows: Sequence[PeerRow], notes: Sequence[str]) -> Figure:
 
 def _panel(axes: Axes, rows: Sequence[PeerRow], codes: Sequence[tuple[str, int]]) -> None:
     axes.set(xscale="log", yscale="log")
-    axes.grid(which="major", color="0.9", linewidth=0.7)
-    axes.set_axisbelow(True)
+    grid(axes)
     best = pareto_front(np.array([row.error for row in rows]), np.array([row.cpu for row in rows]))
     edge = sorted((row.error, row.cpu) for row, good in zip(rows, best, strict=True) if good)
     axes.plot(*zip(*edge, strict=True), color="0.75", linewidth=5.0, solid_capstyle="round", zorder=1, label="best")
@@ -48,7 +48,7 @@ def _panel(axes: Axes, rows: Sequence[PeerRow], codes: Sequence[tuple[str, int]]
         label = f"{code}, {'planar' if dim == 2 else 'spatial'}"
         good = [row for row in own if np.isfinite(row.error)]
         spread = [[row.cpu - row.cpu_low for row in good], [row.cpu_high - row.cpu for row in good]]
-        style: dict[str, Any] = {"color": COLOURS[k], "marker": MARKERS[k], "markersize": 6, "linestyle": ""}
+        style: dict[str, Any] = {"color": series_colour(k), "marker": MARKERS[k], "markersize": 6, "linestyle": ""}
         axes.errorbar([row.error for row in good], [row.cpu for row in good], spread, label=label, **style)
         for row in own:
             if math.isinf(row.largest_error):  # unstable: at the edge

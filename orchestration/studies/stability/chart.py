@@ -1,6 +1,7 @@
 """Figure of a stability map: one panel per method.
 
-Colour: sweeps where the method converged; reds: where it failed; line: limit of theory; dots: single known limits."""
+Colour: sweeps where the method converged. Hatching: kind of failure. Line: limit of theory. Dots: single known limits.
+"""
 
 from __future__ import annotations
 
@@ -16,12 +17,12 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from ...plotting import FAILURES
 from .verdict import KINDS
 
 __all__ = ["draw"]
 
-COLUMNS = 4
-BAD = {"diverged": "#d62728", "unstable": "#ff9896", "slow": "#c7c7c7"}
+COLUMNS = 2  # as wide as a page shows them readably
 MOST_SWEEPS = 200.0  # upper end of the colour scale; runs are stopped there
 
 
@@ -29,7 +30,7 @@ def draw(dataset: xr.Dataset) -> Figure:
     """Draw the dataset of run_study()."""
     count = dataset.sizes["panel"]
     rows = math.ceil(count / COLUMNS)
-    figure = Figure(figsize=(13.0, 3.1 * rows + 1.3), layout="constrained")
+    figure = Figure(figsize=(9.0, 3.1 * rows + 1.5), layout="constrained")
     axes = figure.subplots(rows, COLUMNS, sharex=True, sharey=True, squeeze=False)
     described = json.loads(dataset.attrs["panels"])
     for k, panel in enumerate(axes.flat):
@@ -39,19 +40,22 @@ def draw(dataset: xr.Dataset) -> Figure:
             continue
         image = _panel(panel, dataset.isel(panel=k), described[k]["marks"])  # one scale of colours for all
         if k % COLUMNS == 0:
-            panel.set_ylabel(f"{dataset['strength'].attrs['long_name']} [1]", fontsize=9)
+            panel.set_ylabel(f"{dataset['strength'].attrs['long_name']} [1]")
         if k + COLUMNS >= count:
-            panel.set_xlabel("macro step H [s]", fontsize=9)
-    bar = figure.colorbar(image, ax=axes, shrink=0.6, ticks=[1, 2, 5, 10, 20, 50, 100, 200], format="%d")
+            panel.set_xlabel("macro step H [s]")
+    ticks = [1, 2, 5, 10, 20, 50, 100, 200]
+    bar = figure.colorbar(image, ax=axes, location="top", shrink=0.8, aspect=40, ticks=ticks, format="%d")
     bar.set_label("converged: mean sweeps per macro step (explicit: 1)")
-    keys: list[Patch | Line2D] = [Patch(color=colour, label=kind) for kind, colour in BAD.items()]
+    keys: list[Patch | Line2D] = [
+        Patch(facecolor=look.face, edgecolor=look.edge, hatch=look.hatch, label=kind) for kind, look in FAILURES.items()
+    ]
     keys.append(Line2D([], [], color="black", linewidth=2.0, label="theory: fails above"))
     if any(entry["marks"] for entry in described):
         keys.append(
             Line2D([], [], color="black", marker="o", markerfacecolor="white", linestyle="", label="known limit")
         )
-    figure.legend(handles=keys, loc="outside lower center", ncols=len(keys), fontsize=9)
-    figure.suptitle(dataset.attrs["title"], fontsize=11)
+    figure.legend(handles=keys, loc="outside lower center", ncols=len(keys), fontsize=9, frameon=False)
+    figure.suptitle(dataset.attrs["title"], fontsize=12)
     return figure
 
 
@@ -63,15 +67,14 @@ def _panel(axes: Axes, panel: xr.Dataset, marks: list[list[float]]) -> QuadMesh:
     edges = _edges(steps), _edges(strengths)
     axes.set(xscale="log", yscale="log")
     image = axes.pcolormesh(*edges, sweeps, norm=LogNorm(1.0, MOST_SWEEPS), cmap="viridis_r", rasterized=True)
-    for kind, colour in BAD.items():
-        where = np.where(verdict == KINDS.index(kind), 1.0, np.nan)
-        axes.pcolormesh(*edges, where, cmap=ListedColormap([colour]), rasterized=True)
+    for kind, look in FAILURES.items():
+        where = np.ma.masked_not_equal(verdict, KINDS.index(kind))
+        axes.pcolor(*edges, where, cmap=ListedColormap([look.face]), hatch=look.hatch, edgecolor=look.edge, linewidth=0)
     axes.plot(steps, panel["limit"], color="black", linewidth=2.0)
     for step, strength in marks:
         axes.plot(step, strength, "o", color="black", markerfacecolor="white", markersize=7.0)
     axes.set(xlim=edges[0][[0, -1]], ylim=edges[1][[0, -1]])
-    axes.set_title(str(panel["panel"].to_numpy()), fontsize=9)
-    axes.tick_params(labelsize=8)
+    axes.set_title(str(panel["panel"].to_numpy()), fontsize=11)
     return image
 
 

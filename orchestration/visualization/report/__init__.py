@@ -1,10 +1,12 @@
-"""Looking at a result: one sheet of charts, a moving picture, an interactive page.
+"""Report of a result: one HTML page that needs nothing else, and the view of the body alone for notebooks.
 
-| file | what |
+| file | duty |
 |---|---|
-| geometry.py, manipulator.py | the body in space, out of a result |
-| field.py | the temperature field of its cross-section |
-| charts.py | what is shown over time, with labels and units |
-| plot.py, animation.py | drawn by matplotlib |
-| figures.py, about.py, page.py, page.* | the page, drawn by plotly (extra `report`) |
+| field.py | temperature field of the cross-section (extra `report`) |
+| svg.py | charts as SVG, drawn by matplotlib |
+| body.py | numbers of the view of the body |
+| texts.py | texts and tables |
+| document.py | the page from its parts |
+| page.py, view.py | the whole report; the body alone |
+| page.html, page.css, body.js, section.js, page.js | template, style, drawing and moving |
 """

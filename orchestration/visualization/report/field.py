@@ -1,12 +1,14 @@
-"""The temperature field of the cross-section over time, for the eye. A result holds means; the field follows from the
-powers by solving the heat equation once more, with the finite elements of `reference` and nothing of the FMU. `gap`
-says how far the means of this field are from those of the result: it checks either.
+"""Temperature field of the cross-section over time.
+
+A result contains area means only. The field follows from the powers by solving Eqs. 1 to 3 again with the finite
+elements of the reference solution; nothing of the FMU is used. `gap` is the largest difference between the means of
+this field and those of the result: a check of both.
 
     P_i(t) = V_i(t)^2 / (R_i [1 + alpha_T (T_i(t) - T_ref) + beta delta_i(t)/L])
 
-V from the scene's signals where it is one, else, as T, delta and T_ambient, interpolated between the result's rows.
-
-A page needs few numbers: field(t) = T_0 + modes c(t), the left singular vectors c orthonormal."""
+V is evaluated from the scene's signals where there are any; otherwise, like T, delta and T_ambient, it is interpolated
+between the rows of the result. A singular value decomposition compresses the field for the page: field(t) = T_0 + modes
+c(t) with orthonormal time courses c."""
 
 from __future__ import annotations
 
@@ -24,59 +26,60 @@ from ...verification.reference.heat import HeatData, Matrices
 from ...verification.reference.inputs import Inputs, heat_data_from
 from ...verification.reference.radau import NODES, LinearRadau
 from ...verification.reference.section import Section
-from ..geometry import Surface
 from ..manipulator import members, thermal_parameters
 
 __all__ = ["Field", "field"]
 
-_EDGE = 0.07  # of the mesh, share of the body's radius
-_RASTER = 101  # points along each axis of the picture
-_KEPT = 0.02  # [K] that a compressed value may be off
+_EDGE = 0.07  # edge length of the mesh as a fraction of the body's radius
+_RASTER = 81  # points along each axis of the raster
+_COMPRESSION_ERROR = 0.02  # [K] allowed in a compressed value
 
 
 @dataclass(frozen=True)
 class Field:
-    """section: geometry; courses (time, r) [K]; raster (_RASTER, _RASTER, r): modes on a square grid over the section,
-    rows along y, continued outwards where there is no material; cap: the section as triangles, and cap_modes (n, r) at
-    its corners; T_0 [K]; gap [K]: largest difference of TCA means from the result's."""
+    """Temperature field, compressed to r modes."""
 
     section: Section
-    T_0: float
-    courses: np.ndarray
-    raster: np.ndarray
-    cap: Surface
-    cap_modes: np.ndarray
-    gap: float
+    T_0: float  # [K]
+    courses: np.ndarray  # time courses of the modes (time, r) [K]
+    raster: np.ndarray  # modes on a square grid, rows along y, continued into holes (_RASTER, _RASTER, r)
+    extremes: np.ndarray  # lowest and highest temperature of all times [K], (2,)
+    gap: float  # [K] largest difference of the TCAs' means from those of the result
 
     @property
     def axis(self) -> np.ndarray:
-        """(_RASTER,) [m]: places of the raster along x and along y."""
+        """Coordinates of the raster along x and along y [m], (_RASTER,)."""
         return self.section.radius * np.linspace(-1.0, 1.0, _RASTER)
 
     def at(self, row: int) -> np.ndarray:
-        """(_RASTER, _RASTER) [K]"""
+        """Temperatures of one row of the result on the raster [K], (_RASTER, _RASTER)."""
         return self.T_0 + self.raster @ self.courses[row]
 
 
-def field(result: xr.Dataset, heat: str, rows: np.ndarray, station: int) -> Field:
-    """heat: the member that is the heat model; rows: of the result, from its start; station: of the cap."""
+def field(result: xr.Dataset, heat: str, rows: np.ndarray) -> Field:
+    """Solve for the temperature field.
+
+    Parameters
+    ----------
+    heat : str
+        Name of the member that is the heat model.
+    rows : ndarray
+        Rows of the result at which the field is stored, the first of them its start.
+    """
     data = heat_data_from(thermal_parameters(result, heat))
     m = Matrices(data, _EDGE * data.section.radius)
     rises = _solve(result, heat, rows, data, m)
     means = data.T_0 + rises @ m.means.T
     gap = float(np.abs(means - result[f"{heat}.T"].to_numpy()[rows]).max())
-    squares, left = np.linalg.eigh(rises @ rises.T)  # of the singular values, rising
-    courses = left[:, int((squares[:-1] < _KEPT**2).sum()) :]  # no value is further off than the first left out
+    squares, left = np.linalg.eigh(rises @ rises.T)  # squares of the singular values, in rising order
+    courses = left[:, int((squares[:-1] < _COMPRESSION_ERROR**2).sum()) :]  # bounded by the first mode left out
     modes = rises.T @ courses
-    corners = int(m.triangles.max()) + 1
-    cap = Surface(m.coordinates[:corners], np.full(corners, station), m.triangles)
-    return Field(
-        data.section, data.T_0, courses, _raster(m.coordinates, modes, data.section.radius), cap, modes[:corners], gap
-    )
+    extremes = data.T_0 + np.array([rises.min(), rises.max()])
+    return Field(data.section, data.T_0, courses, _raster(m.coordinates, modes, data.section.radius), extremes, gap)
 
 
 def _solve(result: xr.Dataset, heat: str, rows: np.ndarray, data: HeatData, m: Matrices) -> np.ndarray:
-    """Temperature rises since T_0 (row, unknown) [K]."""
+    """Integrate the temperature rises since T_0 (row, unknown) [K]."""
     times = result["time"].to_numpy()[rows]
     power = _powers(result, heat, data)
     outside = _interpolated(result, f"{heat}.T_ambient")
@@ -90,7 +93,7 @@ def _solve(result: xr.Dataset, heat: str, rows: np.ndarray, data: HeatData, m: M
 
 
 def _powers(result: xr.Dataset, heat: str, data: HeatData) -> Callable[[float, float, float], np.ndarray]:
-    """power(t, a, b) [W] (N,) at t in the step from a to b."""
+    """Powers (N,) [W] as a function (t, a, b) of the time t in the step from a to b."""
     beta, known = thermal_parameters(result, heat).beta, members(result)[heat]["signals"]
     volts, T, delta = (_interpolated(result, f"{heat}.{name}") for name in ("V", "T", "delta"))
     driven = [i for i in range(len(data.resistance)) if f"V[{i + 1}]" in known]
@@ -110,15 +113,16 @@ def _signal(kind: str, values: Mapping[str, Any]) -> signals.Signal:
 
 
 def _interpolated(result: xr.Dataset, name: str) -> Callable[[float], np.ndarray]:
-    """(n,) at a time"""
+    """Interpolate a quantity of the result: its elements (n,) as a function of time."""
     times, columns = result["time"].to_numpy(), result[name].to_numpy().reshape(result.sizes["time"], -1).T
     return lambda t: np.array([np.interp(t, times, column) for column in columns])
 
 
-def _raster(places: np.ndarray, modes: np.ndarray, radius: float) -> np.ndarray:
+def _raster(points: np.ndarray, modes: np.ndarray, radius: float) -> np.ndarray:
+    """Interpolate modes (n, r) at points (n, 2) on the raster, (_RASTER, _RASTER, r)."""
     axis = radius * np.linspace(-1.0, 1.0, _RASTER)
     x, y = np.meshgrid(axis, axis)
-    found = NearestNDInterpolator(places, modes)(x, y)
+    raster = NearestNDInterpolator(points, modes)(x, y)
     inside = np.hypot(x, y) < 0.99 * radius
-    found[inside] = LinearNDInterpolator(places, modes)(x[inside], y[inside])
-    return found
+    raster[inside] = LinearNDInterpolator(points, modes)(x[inside], y[inside])
+    return raster

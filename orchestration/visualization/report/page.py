@@ -1,139 +1,138 @@
-"""A result as one HTML page that needs nothing else: plotly.js, style, script and numbers are inside. Texts come from
-about.py, pictures from figures.py; page.js moves them."""
+"""Report of a result as one HTML page that needs nothing else."""
 
 from __future__ import annotations
 
-import base64
-import json
-from html import escape
-from itertools import cycle
 from pathlib import Path
-from string import Template
 from typing import Any
 
 import numpy as np
-import plotly.graph_objects as go
 import xarray as xr
-from plotly.offline import get_plotlyjs
 
+from ...errors import CosimError
 from ...files import atomic_write
-from ..charts import COLOURS, charts
-from ..manipulator import STATIONS, ZERO_CELSIUS, Manipulator, manipulator, moments, of_heat, of_rod
-from . import figures
-from .about import about, facts
+from ...results.comparison import Difference, compare
+from ..charts import charts
+from ..manipulator import ZERO_CELSIUS, Manipulator, heat_member, manipulator, rod_member, select_rows
+from .body import body_data, temperature_range
+from .document import ChartCard, Document, pack, pack_small, plasma, section_of_charts
 from .field import Field, field
+from .svg import draw
+from .texts import BODY_CARD, SLIDER_ROWS, decimals, differences, facts, section_card, settings, time_readings
 
 __all__ = ["html", "write"]
 
-_MOMENTS = 201  # that the slider knows, at most
 _MILLI = 1e3
-_HERE = Path(__file__).parent
 
 
-def write(result: xr.Dataset, path: Path) -> None:
-    """result: of a run, complete or partial. The file appears whole or not at all."""
-    text = html(result)
+def write(result: xr.Dataset, path: Path, other: xr.Dataset | None = None) -> None:
+    """Write the page of a result, complete or partial; the file appears whole or not at all.
+
+    With another result the page compares the two. Raises CosimError where they have nothing in common.
+    """
+    text = html(result, other)
     with atomic_write(path) as draft:
         draft.write_text(text, encoding="utf-8")
 
 
-def html(result: xr.Dataset) -> str:
-    """The whole page. What a result does not hold is left out: without a rod the body, without a heat model its
-    cross-section."""
-    rows, times = moments(result, _MOMENTS), result["time"].to_numpy()
-    heat = of_heat(result)
-    seen = field(result, heat, rows, STATIONS - 1) if heat else None
-    drawn = manipulator(result, rows) if of_rod(result) else None
-    shown, readings = charts(result), _readings(result, heat, rows)
-    data = {
-        "times": times[rows].tolist(),
-        "decimals": max(0, 3 - int(np.floor(np.log10(times[-1] or 1.0)))),
-        "readings": readings,
-        "charts": [_plain(figures.chart(chart, times)) for chart in shown],
-        "body": _body(drawn, seen) if drawn else None,
-        "field": _field(seen, drawn) if seen else None,
-    }
-    return Template(_asset("page.html")).substitute(
-        title=escape(str(result.attrs.get("title", "Result"))),
-        subtitle=f"Scene {escape(str(result.attrs.get('scene', '?')))}, computed by tca-cosim",
+def html(result: xr.Dataset, other: xr.Dataset | None = None) -> str:
+    """Page of a result. Parts that the result has no data for are left out."""
+    rows = select_rows(result, SLIDER_ROWS)
+    times = result["time"].to_numpy()[rows]
+    heat = heat_member(result)
+    shape = manipulator(result, rows) if rod_member(result) else None
+    seen = field(result, heat, rows) if heat else None
+    cards, readings = _chart_cards(result, rows, other), time_readings(result, rows)
+    kelvin = [*([shape.temperature] if shape else []), *([seen.extremes] if seen else [])]
+    views = ([BODY_CARD] if shape else []) + ([section_card(str(heat), seen.gap)] if seen else [])
+    return Document(
+        title=str(result.attrs.get("title", "Result")),
+        subtitle=_subtitle(result, other),
         facts=facts(result),
+        readings=readings.html,
+        views=f"<section class='views{' one' if len(views) == 1 else ''}'>{''.join(views)}</section>" if views else "",
+        charts=_charts_section(cards),
+        texts=(differences(_compare(result, other)) if other is not None else "") + settings(result),
         last=rows.size - 1,
-        readings="".join(
-            f"<span class='reading'><i style='background:{colour}'></i><span id='reading-{k}'></span></span>"
-            for k, (colour, _) in enumerate(zip(cycle(COLOURS), readings, strict=False))
-        ),
-        views=_views(drawn, seen, heat),
-        charts="".join(f"<div class='card' id='chart-{k}'></div>" for k in range(len(shown))),
-        about=about(result),
-        style=_asset("page.css"),
-        plotly=get_plotlyjs(),
-        script=_asset("page.js"),
-        data=json.dumps(data).replace("<", "\\u003c"),  # nothing in it may end the element that holds it
+        data={
+            "times": times.tolist(),
+            "decimals": decimals(times),
+            "readings": readings.texts,
+            "charts": [_chart_data(card) for card in cards],
+            "colours": plasma(),
+            "range": temperature_range(*kelvin) if kelvin else None,
+            "body": body_data(shape, _other_shape(other, times)) if shape else None,
+            "section": _section_data(seen) if seen else None,
+        },
+    ).html()
+
+
+def _subtitle(result: xr.Dataset, other: xr.Dataset | None) -> str:
+    text = f"Scene {result.attrs.get('scene', '?')}, computed by tca-cosim"
+    if other is None:
+        return text
+    return f"{text}; dotted curves and the outline of the body: {other.attrs.get('title', 'another result')}"
+
+
+def _compare(result: xr.Dataset, other: xr.Dataset) -> tuple[Difference, ...]:
+    try:
+        return compare(result, other)
+    except ValueError as error:
+        raise CosimError(str(error)) from error
+
+
+def _other_shape(other: xr.Dataset | None, times: np.ndarray) -> Manipulator | None:
+    """Shape of the other result at its rows nearest to times, where it has a rod."""
+    if other is None or not rod_member(other):
+        return None
+    nearest = np.abs(other["time"].to_numpy() - times[:, None]).argmin(axis=1)
+    return manipulator(other, nearest)
+
+
+def _chart_cards(result: xr.Dataset, rows: np.ndarray, other: xr.Dataset | None) -> list[ChartCard]:
+    times = result["time"].to_numpy()
+    others = {} if other is None else {chart.title: chart for chart in charts(other)}
+    other_times = times if other is None else other["time"].to_numpy()
+    cards = []
+    for number, chart in enumerate(charts(result)):
+        twin = others.get(chart.title)
+        curves = {line.label: line.values for line in twin.lines} if twin and twin.unit == chart.unit else {}
+        if chart.lines:
+            cards.append(ChartCard(chart, draw(number, chart, times, curves, other_times), rows))
+    return cards
+
+
+def _charts_section(cards: list[ChartCard]) -> str:
+    if not cards:
+        return ""
+    return (
+        "<h2>Over time</h2>"
+        "<p class='soft'>Click into a chart to go to that time; the legends show the values there.</p>"
+        f"<section class='charts'>{section_of_charts(cards)}</section>"
     )
 
 
-def _views(drawn: Manipulator | None, seen: Field | None, heat: str | None) -> str:
-    cards = []
-    if drawn:
-        cards.append(
-            "<div class='card'><h3>The manipulator</h3><p class='soft'>True radius, TCAs coloured by their mean "
-            "temperature; drag to turn, scroll to zoom.</p><div id='body'></div></div>"
-        )
-    if seen:
-        cards.append(
-            "<div class='card'><h3>Temperature of the cross-section</h3><p class='soft'>Finite elements, heated by the "
-            f"same powers as {escape(str(heat))}: their means over the TCAs stay within {seen.gap:.1g} K of its "
-            "own.</p><div id='section'></div></div>"
-        )
-    return f"<section class='views{' one' if len(cards) == 1 else ''}'>{''.join(cards)}</section>" if cards else ""
-
-
-def _readings(result: xr.Dataset, heat: str | None, rows: np.ndarray) -> list[list[str]]:
-    """For each TCA a text per moment."""
-    if heat is None:
-        return []
-    volts, celsius = result[f"{heat}.V"].to_numpy()[rows], result[f"{heat}.T"].to_numpy()[rows] - ZERO_CELSIUS
-    return [
-        [f"{V:.2f} V, {T:.1f} °C" for V, T in zip(*pair, strict=True)] for pair in zip(volts.T, celsius.T, strict=True)
-    ]
-
-
-def _body(drawn: Manipulator, seen: Field | None) -> dict[str, Any]:
-    """Lengths in mm, temperatures in degrees Celsius."""
-    figure, surfaces = figures.body(drawn, seen)
+def _chart_data(card: ChartCard) -> dict[str, Any]:
+    drawing = card.drawing
     return {
-        "figure": _plain(figure),
-        "stations": STATIONS,
-        "tcas": len(drawn.tcas),
-        "p": _packed(_MILLI * drawn.frames.p),
-        "d1": _packed(drawn.frames.d1),
-        "d2": _packed(drawn.frames.d2),
-        "surfaces": [
-            {"offsets": _packed(_MILLI * s.offsets), "stations": _packed(s.stations, np.int32)} for s in surfaces
-        ],
-        "temperatures": _packed(drawn.temperature - ZERO_CELSIUS),
+        "left": round(drawing.left, 2),
+        "right": round(drawing.right, 2),
+        "first": drawing.first,
+        "last": drawing.last,
+        "unit": "" if card.chart.unit == "1" else f" {card.chart.unit}",
+        "values": [pack(line.values[card.rows]) for line in card.chart.lines],
     }
 
 
-def _field(seen: Field, drawn: Manipulator | None) -> dict[str, Any]:
+def _section_data(seen: Field) -> dict[str, Any]:
+    section = seen.section
     return {
-        "figure": _plain(figures.section(seen, drawn)),
         "points": seen.raster.shape[0],
         "modes": seen.courses.shape[1],
         "zero": seen.T_0 - ZERO_CELSIUS,
-        "courses": _packed(seen.courses),
-        "raster": _packed(seen.raster),
-        "cap": _packed(seen.cap_modes),
+        "courses": pack(seen.courses),
+        "raster": pack_small(seen.raster),
+        "radius": _MILLI * section.radius,
+        "centres": (_MILLI * section.centres).round(4).tolist(),
+        "outer": _MILLI * section.outer_radius,
+        "inner": _MILLI * section.inner_radius,
     }
-
-
-def _plain(figure: go.Figure) -> dict[str, Any]:
-    return json.loads(str(figure.to_json()))
-
-
-def _packed(values: np.ndarray, kind: type[np.generic] = np.float32) -> str:
-    return base64.b64encode(np.ascontiguousarray(values, dtype=kind).tobytes()).decode()
-
-
-def _asset(name: str) -> str:
-    return (_HERE / name).read_text(encoding="utf-8")

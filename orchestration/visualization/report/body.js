@@ -1,0 +1,250 @@
+// The body in space, drawn in parallel projection. In that projection the outline of a tube is its centreline drawn as
+// wide as the tube, so lines are enough. Colours mean temperatures and are not shaded.
+"use strict";
+const page = JSON.parse(document.getElementById("data").textContent);
+const element = (id) => document.getElementById(id);
+const bytes = (text) => Uint8Array.from(atob(text), (c) => c.charCodeAt(0)).buffer;
+const floats = (text) => new Float32Array(bytes(text));
+const scaled = ({ scale, data }) => Float32Array.from(new Int16Array(bytes(data)), (n) => n * scale);
+const style = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+const palette = new Uint8Array(bytes(page.colours));
+
+function colourIndex(celsius) {
+  const [low, high] = page.range;
+  return Math.max(0, Math.min(255, Math.round((255 * (celsius - low)) / (high - low))));
+}
+function colour(celsius) {
+  const k = 3 * colourIndex(celsius);
+  return `rgb(${palette[k]}, ${palette[k + 1]}, ${palette[k + 2]})`;
+}
+// Makes the canvas as fine as the screen; returns its context in units of CSS pixels.
+function prepare(canvas) {
+  const fine = window.devicePixelRatio || 1, width = canvas.clientWidth, height = canvas.clientHeight;
+  if (canvas.width !== Math.round(width * fine)) canvas.width = Math.round(width * fine);
+  if (canvas.height !== Math.round(height * fine)) canvas.height = Math.round(height * fine);
+  const context = canvas.getContext("2d");
+  context.setTransform(fine, 0, 0, fine, 0, 0);
+  context.clearRect(0, 0, width, height);
+  return { context, width, height, fine };
+}
+
+class Shape {
+  constructor({ p, d1, d2 }, stations) {
+    this.p = scaled(p), this.d1 = scaled(d1), this.d2 = scaled(d2), this.stations = stations;
+  }
+  // The point with offsets a, b in the cross-section of a station.
+  at(row, station, a = 0, b = 0) {
+    const k = 3 * (row * this.stations + station);
+    return [0, 1, 2].map((c) => this.p[k + c] + a * this.d1[k + c] + b * this.d2[k + c]);
+  }
+}
+
+class BodyView {
+  constructor(canvas, data, picture) {
+    this.canvas = canvas, this.data = data, this.picture = picture; // picture(row): canvas of the cross-section, or null
+    this.shape = new Shape(data.shape, data.stations);
+    this.other = data.other && new Shape(data.other, data.stations);
+    this.temperatures = scaled(data.temperatures);
+    this.row = 0;
+    this.reset();
+    this.layer = document.createElement("canvas");
+    canvas.addEventListener("pointermove", (event) => {
+      if (event.buttons) this.turn(-0.01 * event.movementX, 0.01 * event.movementY);
+    });
+    canvas.addEventListener("pointerdown", (event) => canvas.setPointerCapture(event.pointerId));
+    canvas.addEventListener("keydown", (event) => {
+      const turns = { ArrowLeft: [-0.1, 0], ArrowRight: [0.1, 0], ArrowUp: [0, 0.1], ArrowDown: [0, -0.1] };
+      if (turns[event.key]) this.turn(...turns[event.key]);
+      else if (event.key === "+" || event.key === "-") this.zoom *= event.key === "+" ? 1.15 : 1 / 1.15;
+      else if (event.key === "0") this.reset();
+      else return;
+      event.preventDefault();
+      this.draw(this.row);
+    });
+  }
+  reset() {
+    this.azimuth = this.data.azimuth, this.elevation = 0.32, this.zoom = 1;
+  }
+  turn(azimuth, elevation) {
+    this.azimuth += azimuth;
+    this.elevation = Math.max(-1.5, Math.min(1.5, this.elevation + elevation));
+    this.draw(this.row);
+  }
+  // Screen coordinates and depth of a point [mm]; larger depths are nearer.
+  project([x, y, z]) {
+    const [u, v, w] = this.direction([x - this.centre[0], y - this.centre[1], z - this.centre[2]]);
+    return [this.origin[0] + u, this.origin[1] + v, w];
+  }
+  direction([x, y, z]) {
+    const ca = Math.cos(this.azimuth), sa = Math.sin(this.azimuth), ce = Math.cos(this.elevation), se = Math.sin(this.elevation);
+    const f = this.factor, near = ca * x + sa * y;
+    return [f * (ca * y - sa * x), f * (se * near - ce * z), ce * near + se * z];
+  }
+  // Scale and centre, so that the box around the whole motion fits.
+  fit(width, height) {
+    const { low, high } = this.data;
+    const axes = [0, 1, 2].map((c) => [Math.min(low[c], c < 2 ? -10 : 0), Math.max(high[c], c < 2 ? 10 : 0)]);
+    this.axes = axes.map(([a, b], c) => [10 * Math.floor(a / 10 + 0.05) * (c < 2 || a < -0.5), 10 * Math.ceil(b / 10 - 0.05)]);
+    this.centre = this.axes.map(([a, b]) => 0.5 * (a + b));
+    this.factor = 1, this.origin = [0, 0];
+    const corners = [0, 1, 2, 3, 4, 5, 6, 7].map((k) => this.project(this.axes.map((ends, c) => ends[(k >> c) & 1])));
+    const [x, y] = [0, 1].map((c) => corners.map((p) => p[c]));
+    const span = [Math.max(...x) - Math.min(...x), Math.max(...y) - Math.min(...y)];
+    this.factor = this.zoom * Math.min((width - 70) / span[0], (height - 50) / span[1]);
+    const middle = [x, y].map((values) => 0.5 * (Math.max(...values) + Math.min(...values)));
+    this.origin = [width / 2 - this.factor * middle[0], height / 2 - this.factor * middle[1] - 6];
+  }
+  draw(row) {
+    this.row = row;
+    const { context, width, height, fine } = prepare(this.canvas);
+    if (!width) return;
+    this.fit(width, height);
+    this.ink = style("--ink"), this.soft = style("--soft"), this.line = style("--line");
+    this.drawFloor(context);
+    this.drawPath(context, row);
+    this.drawFlesh(context, row, width, height, fine);
+    if (this.other) this.drawOutline(context, row, width, height, fine);
+    this.drawInside(context, row);
+    this.drawGravity(context, row, width);
+  }
+  stroke(context, points, colour, width) {
+    context.strokeStyle = colour, context.lineWidth = width;
+    context.beginPath();
+    points.forEach((p, k) => (k ? context.lineTo(p[0], p[1]) : context.moveTo(p[0], p[1])));
+    context.stroke();
+  }
+  text(context, text, [x, y], align = "center") {
+    context.font = "12px system-ui, 'DejaVu Sans', sans-serif";
+    context.fillStyle = this.soft, context.textAlign = align, context.textBaseline = "middle";
+    context.fillText(text, x, y);
+  }
+  drawFloor(context) {
+    const [[x0, x1], [y0, y1], [z0, z1]] = this.axes;
+    const range = (a, b) => Array.from({ length: Math.round((b - a) / 10) + 1 }, (_, k) => a + 10 * k);
+    for (const x of range(x0, x1)) this.stroke(context, [[x, y0, z0], [x, y1, z0]].map((p) => this.project(p)), this.line, 1);
+    for (const y of range(y0, y1)) this.stroke(context, [[x0, y, z0], [x1, y, z0]].map((p) => this.project(p)), this.line, 1);
+    // Labels stand at the edges of the floor that are nearest to the viewer, outside.
+    const nearX = Math.cos(this.azimuth) > 0 ? x1 : x0, nearY = Math.sin(this.azimuth) > 0 ? y1 : y0;
+    const outX = nearX === x1 ? 4 : -4, outY = nearY === y1 ? 4 : -4;
+    const every = (values) => (values.length > 6 ? values.filter((v) => v % 20 === 0) : values);
+    for (const x of every(range(x0, x1))) this.text(context, `${x}`, this.project([x, nearY + outY, z0]));
+    for (const y of every(range(y0, y1))) this.text(context, `${y}`, this.project([nearX + outX, y, z0]));
+    this.text(context, "x [mm]", this.project([0.5 * (x0 + x1), nearY + 2.6 * outY, z0]));
+    this.text(context, "y [mm]", this.project([nearX + 2.6 * outX, 0.5 * (y0 + y1), z0]));
+    const corner = [[x0, y0], [x0, y1], [x1, y0], [x1, y1]].sort((a, b) => this.project([...a, z0])[0] - this.project([...b, z0])[0])[0];
+    this.stroke(context, [[...corner, z0], [...corner, z1]].map((p) => this.project(p)), this.line, 1);
+    for (const z of every(range(z0, z1)).slice(1)) {
+      const [u, v] = this.project([...corner, z]);
+      this.stroke(context, [[u - 4, v], [u, v]], this.soft, 1);
+      this.text(context, `${z}`, [u - 7, v], "right");
+    }
+    const [u, v] = this.project([...corner, z1]);
+    this.text(context, "z [mm]", [u, v - 14]);
+  }
+  drawPath(context, row) {
+    const points = page.times.map((_, k) => this.project(this.shape.at(k, this.data.stations - 1)));
+    context.setLineDash([2, 3]);
+    this.stroke(context, points, this.soft, 1);
+    context.setLineDash([]);
+    this.stroke(context, points.slice(0, row + 1), this.soft, 2);
+  }
+  centreline(shape, row) {
+    return Array.from({ length: this.data.stations }, (_, k) => this.project(shape.at(row, k)));
+  }
+  ring(context, shape, row, station, radius) {
+    context.beginPath();
+    for (let k = 0; k <= 40; ++k) {
+      const angle = (2 * Math.PI * k) / 40;
+      const [x, y] = this.project(shape.at(row, station, radius * Math.cos(angle), radius * Math.sin(angle)));
+      k ? context.lineTo(x, y) : context.moveTo(x, y);
+    }
+  }
+  // An opaque body on a canvas of its own, which is then laid over everything with little opacity: no seams are seen.
+  onLayer(width, height, fine, draw) {
+    this.layer.width = Math.round(width * fine), this.layer.height = Math.round(height * fine);
+    const context = this.layer.getContext("2d");
+    context.setTransform(fine, 0, 0, fine, 0, 0);
+    context.lineJoin = "round";
+    draw(context);
+    return this.layer;
+  }
+  silhouette(context, shape, row, colour, radius, extra = 0) {
+    this.stroke(context, this.centreline(shape, row), colour, 2 * radius * this.factor + extra);
+    for (const end of [0, this.data.stations - 1]) {
+      this.ring(context, shape, row, end, radius);
+      context.fillStyle = context.strokeStyle = colour, context.lineWidth = extra;
+      context.fill();
+      if (extra) context.stroke();
+    }
+  }
+  drawFlesh(context, row, width, height, fine) {
+    const layer = this.onLayer(width, height, fine, (own) => this.silhouette(own, this.shape, row, style("--flesh"), this.data.radius));
+    context.globalAlpha = 0.4;
+    context.drawImage(layer, 0, 0, width, height);
+    context.globalAlpha = 0.45;
+    context.strokeStyle = this.soft, context.lineWidth = 0.8;
+    for (let k = 0; k < this.data.stations; k += 6) this.ring(context, this.shape, row, k, this.data.radius), context.stroke();
+    context.globalAlpha = 1;
+  }
+  drawOutline(context, row, width, height, fine) {
+    const layer = this.onLayer(width, height, fine, (own) => {
+      this.silhouette(own, this.other, row, this.ink, this.data.other.radius, 2);
+      own.globalCompositeOperation = "destination-out";
+      this.silhouette(own, this.other, row, "#000", this.data.other.radius, 0);
+    });
+    context.drawImage(layer, 0, 0, width, height);
+  }
+  // TCAs in short pieces and the cross-section at the tip, the farthest first.
+  drawInside(context, row) {
+    const { routes, stations, tcaRadius } = this.data, width = 2 * tcaRadius * this.factor;
+    const pieces = [];
+    routes.forEach((route, i) => {
+      const points = route.map(([a, b], k) => this.project(this.shape.at(row, k, a, b)));
+      const fill = colour(this.temperatures[row * routes.length + i]);
+      for (let k = 1; k < stations; ++k) {
+        pieces.push({ depth: 0.5 * (points[k - 1][2] + points[k][2]), points: points.slice(k - 1, k + 1), fill });
+      }
+    });
+    const tip = this.project(this.shape.at(row, stations - 1));
+    pieces.push({ depth: tip[2] + this.data.radius, cap: true });
+    for (const piece of pieces.sort((a, b) => a.depth - b.depth)) {
+      if (piece.cap) this.drawCap(context, row, tip);
+      else {
+        context.lineCap = "butt";
+        this.stroke(context, piece.points, this.ink, width + 1.6);
+        context.lineCap = "round";
+        this.stroke(context, piece.points, piece.fill, width);
+      }
+    }
+    context.lineCap = "butt";
+  }
+  drawCap(context, row, tip) {
+    const last = this.data.stations - 1, k = 3 * (row * this.data.stations + last), { d1, d2 } = this.shape, R = this.data.radius;
+    const [u, v] = [d1, d2].map((d) => this.direction([R * d[k], R * d[k + 1], R * d[k + 2]]));
+    const picture = this.picture(row);
+    if (picture && u[0] * v[1] - u[1] * v[0] < 0) { // the tip's face is seen: x to the right, y up
+      context.save();
+      context.transform(u[0], u[1], v[0], v[1], tip[0], tip[1]);
+      context.beginPath();
+      context.arc(0, 0, 1, 0, 2 * Math.PI);
+      context.clip();
+      context.drawImage(picture, -1, -1, 2, 2);
+      context.restore();
+    }
+    this.ring(context, this.shape, row, last, R);
+    context.strokeStyle = this.ink, context.lineWidth = 1;
+    context.stroke();
+  }
+  drawGravity(context, row, width) {
+    const { gravity } = this.data;
+    if (!gravity.length) return;
+    const g = gravity[Math.min(row, gravity.length - 1)], size = Math.hypot(...g);
+    if (!size) return;
+    const [x, y] = this.direction(g.map((c) => c / size)).map((c) => (46 * c) / this.factor);
+    const from = [width - 70 - x / 2, 58 - y / 2], to = [from[0] + x, from[1] + y], angle = Math.atan2(y, x);
+    const barb = (turn) => [to[0] - 9 * Math.cos(angle + turn), to[1] - 9 * Math.sin(angle + turn)];
+    this.stroke(context, [from, to], this.ink, 2);
+    this.stroke(context, [barb(0.45), to, barb(-0.45)], this.ink, 2);
+    this.text(context, `g = ${Number(size.toPrecision(3))} m/s²`, [width - 70, 16]);
+  }
+}

@@ -1,0 +1,219 @@
+"""Texts and tables of the report, as HTML: how the run went, which models, all settings and versions."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields
+from html import escape
+from itertools import cycle
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from ...fmi.log import Warned
+from ...results.comparison import Difference
+from ...scene import Coupling
+from ..manipulator import ZERO_CELSIUS, heat_member, members, rod_member
+
+__all__ = [
+    "BODY_CARD",
+    "SLIDER_ROWS",
+    "Readings",
+    "decimals",
+    "differences",
+    "facts",
+    "section_card",
+    "settings",
+    "time_readings",
+]
+
+SLIDER_ROWS = 201  # largest number of times of the slider
+BODY_CARD = (
+    "<div class='card'><h2>Manipulator</h2><p class='soft'>True radius; the colour of a TCA is its mean temperature. "
+    "Drag or use the arrow keys to turn, + and - to zoom, 0 to reset.</p>"
+    "<canvas id='body' tabindex='0' role='img' aria-label='Manipulator in space; arrow keys turn it'></canvas>"
+    "<div class='scale' aria-hidden='true'><canvas class='colours' width='256' height='1'></canvas>"
+    "<span class='low'></span><span>mean temperature [°C]</span><span class='high'></span></div></div>"
+)
+_MILLI = 1e3
+_UNITS = {"m": ("mm", 1e3), "K": ("K", 1.0)}  # units of the page for those of a result, and their factor
+
+
+@dataclass(frozen=True)
+class Readings:
+    """Voltage and temperature of each TCA beside the slider."""
+
+    html: str
+    texts: list[list[str]]  # for each TCA a text for each time
+
+
+def section_card(heat: str, gap: float) -> str:
+    """Card of the cross-section; gap [K] between its means and those of the member `heat`."""
+    return (
+        "<div class='card'><h2>Temperature of the cross-section</h2><p class='soft'>Finite elements with the powers of "
+        f"{escape(heat)}; the means over the TCAs agree with its own to {gap:.1g} K.</p>"
+        "<canvas id='section' role='img' aria-label='Temperature of the cross-section, seen from the tip'></canvas>"
+        "<p class='soft'><output id='probe'>Point at the section to read a temperature.</output></p></div>"
+    )
+
+
+def decimals(times: np.ndarray) -> int:
+    """Number of decimals that tells the times of the slider apart."""
+    return max(0, 3 - int(np.floor(np.log10(times[-1] or 1.0))))
+
+
+def time_readings(result: xr.Dataset, rows: np.ndarray) -> Readings:
+    """Voltages, where there is a heat model, and temperatures of the TCAs."""
+    heat, rod = heat_member(result), rod_member(result)
+    if heat is None and rod is None:
+        return Readings("", [])
+    celsius = result[f"{heat or rod}.T"].to_numpy()[rows] - ZERO_CELSIUS
+    if heat is None:
+        texts = [[f"{T:.1f} °C" for T in curve] for curve in celsius.T]
+    else:
+        volts = result[f"{heat}.V"].to_numpy()[rows]
+        texts = [
+            [f"{V:.2f} V, {T:.1f} °C" for V, T in zip(*pair, strict=True)]
+            for pair in zip(volts.T, celsius.T, strict=True)
+        ]
+    html = "".join(
+        f"<span class='reading'><i class='swatch' style='--c: var(--c{colour})'></i>TCA {k + 1} "
+        f"<span id='reading-{k}'></span></span>"
+        for k, (colour, _) in enumerate(zip(cycle(range(8)), texts, strict=False))
+    )
+    return Readings(html, texts)
+
+
+def facts(result: xr.Dataset) -> str:
+    """Outcome of the run in a few numbers, as list items."""
+    status = str(result.attrs.get("status", "unknown"))
+    items = [("status", "complete" if status == "complete" else "ended early")]
+    items += [("time simulated", f"{float(result['time'][-1]):g} s"), *_end_state(result), *_coupling(result)]
+    listed = "".join(f"<li><b>{escape(value)}</b><span>{escape(name)}</span></li>" for name, value in items)
+    return listed if status == "complete" else f"{listed}<li class='bad'>{escape(status)}</li>"
+
+
+def _end_state(result: xr.Dataset) -> list[tuple[str, str]]:
+    items = []
+    if rod := rod_member(result):
+        position = ", ".join(f"{_MILLI * x + 0.0:.2f}" for x in result[f"{rod}.tip.p"].to_numpy()[-1])
+        items.append(("tip x, y, z at the end", f"{position} mm"))
+    if heat := heat_member(result):
+        T = result[f"{heat}.T"].to_numpy() - ZERO_CELSIUS
+        row, tca = np.unravel_index(int(T.argmax()), T.shape)
+        time = float(result["time"][row])
+        items.append((f"hottest: TCA {int(tca) + 1} at {time:.3g} s", f"{T.max():.1f} °C"))
+    return items
+
+
+def _coupling(result: xr.Dataset) -> list[tuple[str, str]]:
+    steps = result.sizes["time"] - 1
+    items = [("macro steps", str(steps))]
+    if "coupling.sweeps" in result and steps:
+        gain = result["coupling.gain"].to_numpy()
+        gain = gain[np.isfinite(gain)]
+        items.append(("sweeps per step, mean", f"{float(result['coupling.sweeps'][1:].mean()):.2f}"))
+        items.append(("loop gain, largest", f"{gain.max():.3g}" if gain.size else "not needed"))
+        if gain.size:
+            items.append(("coupling error, largest", f"{float(result['coupling.error'].max()):.1e} of nominal"))
+    return items
+
+
+def differences(table: Sequence[Difference]) -> str:
+    """Table of the differences to another result, the largest relative to its range first."""
+    rows = []
+    for one in sorted(table, key=lambda d: -d.most / d.span if d.span else 0.0):
+        unit, factor = _UNITS.get(one.unit, (one.unit, 1.0))
+        unit = "" if unit == "1" else f" {unit}"
+        numbers = (f"{factor * value:.3g}{unit}" for value in (one.most, one.rms, one.span))
+        cells = "".join(f"<td>{escape(number)}</td>" for number in numbers)
+        rows.append(f"<tr><th scope='row'>{escape(one.name)}</th>{cells}<td>{one.time:.4g} s</td></tr>")
+    heads = ("quantity", "largest difference", "root mean square", "range of the quantity", "time of the largest")
+    head = "".join(f"<th scope='col'>{name}</th>" for name in heads)
+    return (
+        "<h2>Comparison</h2>"
+        f"<div class='card wide' tabindex='0'><table><thead><tr>{head}</tr></thead>"
+        f"<tbody>{''.join(rows)}</tbody></table></div>"
+    )
+
+
+def settings(result: xr.Dataset) -> str:
+    """Sections: choice of models where one was made, settings of coupling and members, scene, versions."""
+    units = {field.name: field.metadata["declaration"].unit for field in fields(Coupling)}
+    connections = "\n".join(_read(result, "connections"))
+    cards = [
+        _card("Coupling", _table(_read(result, "coupling"), units) + _folded("Connections", _verbatim(connections)))
+    ]
+    for name, member in members(result).items():
+        inputs = {key: _signal(*signal) for key, signal in member["signals"].items()}
+        input_units = {key: result[f"{name}.{key.partition('[')[0]}"].attrs["units"] for key in inputs}
+        folded = _folded(
+            "Parameters", _table(member["parameters"] | member.get("choices", {}), member.get("units", {}))
+        )
+        cards.append(_card(f"{name} ({member['fmu']})", _table(inputs, input_units) + folded))
+    sources = (f"<h4>{escape(Path(origin).name)}</h4>{_verbatim(text)}" for origin, text in _read(result, "sources"))
+    cards.append(_card("Scene", _folded("As written", "".join(sources))))
+    cards.append(_card("Versions", _table(_read(result, "versions"))))
+    chosen = _warnings(result) + _fidelity(_read(result, "fidelity"))
+    return f"{chosen}<h2>Settings</h2><section class='texts'>{''.join(cards)}</section>"
+
+
+def _warnings(result: xr.Dataset) -> str:
+    """List of what the FMUs warned of and of the notes of the master, where there are any."""
+    texts = [str(Warned(**record)) for record in _read(result, "warnings")]
+    texts += [str(note) for note in _read(result, "notes")]
+    listed = "".join(f"<li>{escape(text)}</li>" for text in texts)
+    return f"<h2>Warnings</h2><div class='card'><ul>{listed}</ul></div>" if listed else ""
+
+
+def _fidelity(chosen: Mapping[str, Any]) -> str:
+    if not chosen:
+        return ""
+    reasons = "".join(f"<li>{escape(str(reason))}</li>" for reason in chosen.get("reasons", ()))
+    cards = [_card("Choice", _table(chosen.get("choice", {}))), _card("Reasons", f"<ul>{reasons}</ul>")]
+    for key, value in chosen.items():
+        if key not in ("choice", "reasons"):
+            cards.append(_card(key.capitalize(), _table(value if isinstance(value, Mapping) else {key: value})))
+    return f"<h2>Choice of models</h2><section class='texts'>{''.join(cards)}</section>"
+
+
+def _table(rows: Mapping[str, Any], units: Mapping[str, str] = MappingProxyType({})) -> str:
+    def line(key: str, value: Any) -> str:
+        unit = f" {units[key]}" if units.get(key, "1") != "1" else ""
+        return f"<tr><th scope='row'>{escape(key)}</th><td>{escape(_text(value) + unit)}</td></tr>"
+
+    return f"<table>{''.join(line(str(key), value) for key, value in rows.items())}</table>" if rows else ""
+
+
+def _text(value: Any) -> str:
+    if isinstance(value, float):
+        return f"{value:.6g}"
+    if isinstance(value, Mapping):
+        return ", ".join(f"{key} {_text(item)}" for key, item in value.items())
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        return ", ".join(map(_text, value))
+    return str(value)
+
+
+def _signal(kind: str, values: Mapping[str, Any]) -> str:
+    return _text(values["value"]) if kind == "Constant" else f"{kind.lower()}: {_text(values)}"
+
+
+def _verbatim(text: str) -> str:
+    return f"<pre tabindex='0'>{escape(text)}</pre>"
+
+
+def _folded(title: str, content: str) -> str:
+    return f"<details><summary>{escape(title)}</summary>{content}</details>"
+
+
+def _card(title: str, content: str) -> str:
+    return f"<div class='card'><h3>{escape(title)}</h3>{content}</div>"
+
+
+def _read(result: xr.Dataset, key: str) -> Any:
+    return json.loads(result.attrs.get(key, "{}"))
