@@ -273,11 +273,15 @@ fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const unsigned unknown[
   return fmi2OK;
 }
 
+#ifndef INPUT_ORDER  // highest order of input derivatives that is taken
+#define INPUT_ORDER 3
+#endif
+
 fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const unsigned v[], size_t n, const int order[],
                                        const double value[]) {
   Model* m = c;
   for (size_t k = 0; k < n; k++) {
-    if (order[k] < 1 || order[k] > 3) return fmi2Error;
+    if (order[k] < 1 || order[k] > INPUT_ORDER) return fmi2Error;
     m->slope[v[k]][order[k]] = value[k];
   }
   return fmi2OK;

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from tca_cosim.cosim.extrapolation import METHODS, Sample
+from tca_cosim.cosim.extrapolation import METHODS, Sample, available, reduce_degree
 
 DEGREE = {"held": 0, "linear": 1, "quadratic": 2, "hermite": 3}
 
@@ -49,3 +49,30 @@ def test_without_rates_one_sample_is_held() -> None:
     (sample,) = samples(np.array([0.7, -1.3]), [0.4])
     for method in METHODS.values():
         assert value(method.fit((sample._replace(rates=None),), 0.4), 0.5)[0] == sample.values[0]
+
+
+@pytest.mark.parametrize("degree", [0, 1, 2, 3])
+def test_a_lower_degree_keeps_ends_and_mean(degree: int) -> None:
+    """0: the end value; 1: both ends; 2: the mean too; what is of that degree already stays."""
+    c, h = (0.7, -1.3, 0.8, 12.6), 0.4
+    lower = reduce_degree(c, h, degree)
+    s = np.linspace(0.0, h, 4001)
+    exact, found = value(np.array(c), s), value(np.array(lower), s)
+    assert not any(lower[degree + 1 :])
+    assert found[-1] == pytest.approx(exact[-1])
+    if degree > 0:
+        assert found[0] == pytest.approx(exact[0])
+    if degree > 1:
+        assert np.trapezoid(found, s) == pytest.approx(np.trapezoid(exact, s), rel=1e-6)
+    own = (*c[: degree + 1], *(0.0,) * (3 - degree))
+    assert reduce_degree(own, h, degree) == pytest.approx(own)
+
+
+def test_a_method_is_replaced_by_the_best_that_both_ends_allow() -> None:
+    for method in METHODS.values():
+        for degree in range(4):
+            for has_rates in (False, True):
+                found = available(method, degree, has_rates)
+                assert found.order - 1 <= degree
+                assert has_rates or not found.needs_derivatives
+                assert found is method or found.order < method.order

@@ -161,9 +161,12 @@ def run(scene: Scene) -> xr.Dataset:
 
 
 def _show_messages(result: xr.Dataset) -> None:
-    """Prints what FMUs warned of, and which of them ended the run."""
+    """Prints what FMUs warned of, how the run differs from what was asked for, and which FMU ended it."""
     for warning in json.loads(result.attrs.get("warnings", "[]")):
         out.print(f"warning: {Warned(**warning)}", highlight=False, soft_wrap=True, style="yellow")
+    for note in json.loads(result.attrs.get("notes", "[]")):
+        if note != result.attrs.get("ended"):
+            out.print(f"note: {note}", highlight=False, soft_wrap=True)
     if result.attrs.get("ended"):
         out.print(result.attrs["ended"], highlight=False, soft_wrap=True)
 

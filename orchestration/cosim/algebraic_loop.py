@@ -19,6 +19,16 @@ from .step_error import StepError
 
 __all__ = ["solve_loop"]
 
+LIMIT_REMEDY = (
+    "Raise coupling.reach, give the FMU's variable a nominal of its size, or make coupling.macro_step smaller"
+)
+
+MAX_FITS = 4  # iterations of one step while undeclared nominals are fitted: to the first sweep, then to the solution
+
+
+class _NominalsChanged(Exception):  # noqa: N818 - no error
+    """Undeclared nominals were fitted to the first sweep, so the iteration begins anew with them."""
+
 
 def solve_loop(
     component: WiredComponent,
@@ -48,30 +58,39 @@ def solve_loop(
         With the residuals, the estimated gain, and the time reached by a subsystem that refused the step.
     """
     interface = component.interface
+    start = interface.pack(lambda node: node.samples[-1], step.length)
+    if interface.adapt(start):
+        history.forget()
     method = settings.loop_method or _first_step_method(component, settings.torn)
     if method is None:
         return _explicit(component, step, settings)
     # The first guess is the parabola through the newest samples; an explicit first step starts from its own waveform.
     fit = METHODS["quadratic"].fit if settings.loop_method else settings.torn.fit
-    start = interface.pack(lambda node: node.samples[-1], step.length)
+    guess = interface.predict(fit, step.time, step.length)
+    if interface.fits_nominals:  # nominals that only follow from the past do not bound the future
+        far = interface.adaptive & (np.abs(guess - start) > settings.trust_radius * interface.scale)
+        guess[far] = start[far]
     fresh = True
 
     def sweep_from(x: np.ndarray) -> np.ndarray:
         nonlocal fresh
-        if not norm((x - start) / interface.scale) <= settings.trust_radius:
-            raise StepError(f"the iteration went further than the reach of {settings.trust_radius:g} nominals")
+        distances = (x - start) / interface.scale
+        if not norm(distances) <= settings.trust_radius:
+            raise StepError(_limit_text(component, x, start, settings.trust_radius), remedy=LIMIT_REMEDY)
         if not fresh:
             restore(component)
         fresh = False
         guesses = interface.unpack(x, lambda node: node.samples[-1], step.end, step.length)
-        _set_torn_inputs(component, step.time, settings.torn, guesses)
-        return _sweep(component, step, settings)
+        _set_torn_inputs(component, step.time, guesses)
+        swept = _sweep(component, step)
+        if not history.r and interface.adapt_provisionally(swept):
+            raise _NominalsChanged
+        return swept
 
-    cause, reached = "the iteration does not converge", None
-    try:
-        outcome = solve(
+    def iterate(guess: np.ndarray) -> Outcome:
+        return solve(
             sweep_from,
-            interface.predict(fit, step.time, step.length),
+            guess,
             interface.scale,
             method,
             history,
@@ -79,10 +98,23 @@ def solve_loop(
             settings.max_sweeps,
             jacobian=lambda: None if settings.torn.needs_derivatives else _jacobian(component),
         )
+
+    cause, reached, remedy = "the iteration does not converge", None, ""
+    try:
+        for _ in range(MAX_FITS):
+            try:
+                outcome = iterate(guess)
+            except _NominalsChanged:
+                history.forget()
+                continue
+            if not outcome.converged or not interface.adapt(outcome.x):
+                break
+            history.forget()
+            guess = outcome.x
         if outcome.converged:
             return outcome
     except StepError as failure:
-        cause = failure.cause
+        cause, remedy = failure.cause, failure.remedy
     except TerminationRequest:
         raise
     except SubsystemError as failure:
@@ -92,17 +124,20 @@ def solve_loop(
     residuals = tuple(norm(r) for r in history.r)
     if len(residuals) > 1 and residuals[-1] > residuals[0]:
         cause = f"the iteration diverges ({cause})"
-    raise StepError(cause, residuals, history.secants.gain, reached)
+    raise StepError(cause, residuals, history.secants.gain, reached, remedy)
 
 
 def _explicit(component: WiredComponent, step: MacroStep, settings: Coupling) -> Outcome:
     """Sweep once with extrapolated inputs. The residual is the error of the extrapolation."""
     interface = component.interface
     x = interface.predict(settings.torn.fit, step.time, step.length)
-    _set_torn_inputs(component, step.time, settings.torn, {})
-    error = norm((_sweep(component, step, settings) - x) / interface.scale)
+    _set_torn_inputs(component, step.time, {})
+    swept = _sweep(component, step)
+    interface.adapt_provisionally(swept)
+    error = norm((swept - x) / interface.scale)
     if not error <= settings.trust_radius:
         cause = f"explicit coupling is off by more than the reach of {settings.trust_radius:g} nominals"
+        cause += f", most in {_farthest(component, swept, x)}"
         raise StepError(cause, (error,), remedy="Iterate: coupling.method = 'iqn', or take smaller macro steps")
     return Outcome(x, True, error, (error,))
 
@@ -117,24 +152,39 @@ def _first_step_method(component: WiredComponent, waveform: Extrapolation) -> Me
     return create("iqn") if short and all(node.subsystem.can_rollback for node in component.nodes) else None
 
 
-def _sweep(component: WiredComponent, step: MacroStep, settings: Coupling) -> np.ndarray:
+def _limit_text(component: WiredComponent, x: np.ndarray, start: np.ndarray, radius: float) -> str:
+    return (
+        f"the iteration went further than the reach of {radius:g} nominals (coupling.reach), most in "
+        f"{_farthest(component, x, start)}"
+    )
+
+
+def _farthest(component: WiredComponent, x: np.ndarray, base: np.ndarray) -> str:
+    """Name the unknown that lies farthest from its base, in nominals, with both values."""
+    interface = component.interface
+    distances = np.abs(x - base) / interface.scale
+    k = int(np.argmax(np.where(np.isnan(distances), np.inf, distances)))
+    return f"{interface.name(k)}: {x[k]:.4g} from {base[k]:.4g}, nominal {interface.scale[k]:.3g}"
+
+
+def _sweep(component: WiredComponent, step: MacroStep) -> np.ndarray:
     """Step every node once and return the unknowns (n,) that result."""
     for node in component.nodes:
-        node.step(step, settings.forward)
+        node.step(step)
     return component.interface.pack(lambda node: node.current, step.length)
 
 
-def _set_torn_inputs(
-    component: WiredComponent, time: float, waveform: Extrapolation, guesses: Mapping[Node, Sample]
-) -> None:
+def _set_torn_inputs(component: WiredComponent, time: float, guesses: Mapping[Node, Sample]) -> None:
     """Set torn inputs to polynomials through the guessed end values, or through past samples alone."""
-    polynomials = {}
-    for torn in component.interface.outputs:
-        node = torn.node
-        polynomials[node] = waveform.fit((*node.samples, guesses[node]) if guesses else node.samples, time)
+    polynomials: dict[tuple[Node, str], np.ndarray] = {}
     for node in component.nodes:
         for link in node.torn:
-            node.inputs[:, link.targets] = polynomials[link.source][:, link.columns]
+            key = (link.source, link.method.name)
+            if key not in polynomials:
+                past = link.source.samples
+                samples = (*past, guesses[link.source]) if guesses else past
+                polynomials[key] = link.method.fit(samples, time)
+            node.inputs[:, link.targets] = polynomials[key][:, link.columns]
 
 
 def _jacobian(component: WiredComponent) -> np.ndarray | None:

@@ -18,7 +18,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-__all__ = ["METHODS", "NOTHING", "Extrapolation", "Sample", "taylor_shift", "taylor_weights"]
+__all__ = [
+    "METHODS",
+    "NOTHING",
+    "Extrapolation",
+    "Sample",
+    "available",
+    "reduce_degree",
+    "taylor_shift",
+    "taylor_weights",
+]
 
 
 class Sample(NamedTuple):
@@ -161,3 +170,40 @@ METHODS = {
     "quadratic": Extrapolation("quadratic", fit_parabola, order=3, uses_rates=True),
     "hermite": Extrapolation("hermite", fit_cubic, order=4, uses_rates=True, needs_derivatives=True),
 }
+
+BY_DEGREE = ("held", "linear", "quadratic", "hermite")
+
+
+def available(method: Extrapolation, degree: int, has_rates: bool) -> Extrapolation:
+    """Return the method, or what comes closest to it.
+
+    Parameters
+    ----------
+    method : Extrapolation
+        What is asked for.
+    degree : int
+        Highest degree of polynomials that the target takes.
+    has_rates : bool
+        Whether the source offers time derivatives.
+    """
+    if method.needs_derivatives and not has_rates:
+        method = METHODS["quadratic"]
+    return METHODS[BY_DEGREE[degree]] if method.order - 1 > degree else method
+
+
+def reduce_degree(c: tuple[float, float, float, float], h: float, degree: int) -> tuple[float, float, float, float]:
+    """Return a polynomial of lower degree in place of c over a step of h [s].
+
+    Degree 0 holds the end value, as an exchange of that degree does, 1 keeps the values at both ends, 2 the mean too.
+    """
+    c0, c1, c2, c3 = c
+    end = c0 + h * (c1 + h * (c2 / 2.0 + h * c3 / 6.0))
+    if degree == 0:
+        return (end, 0.0, 0.0, 0.0)
+    if degree == 1:
+        return (c0, (end - c0) / h, 0.0, 0.0)
+    if degree == 2:
+        mean = c0 + h * (c1 / 2.0 + h * (c2 / 6.0 + h * c3 / 24.0))
+        bend = 12.0 * (0.5 * (end - c0) - (mean - c0)) / h**2
+        return (c0, (end - c0) / h - 0.5 * h * bend, bend, 0.0)
+    return c

@@ -31,6 +31,10 @@ class FrozenSubsystem:
         self._instance.begin()
         self._values, self._record = self._instance.values(), self._instance.record()
 
+    def accepted_input_order(self, order: int) -> int:
+        """Return the order: all are taken."""
+        return order
+
     def set_inputs(self, polynomials: np.ndarray) -> None:
         """Ignore inputs."""
 

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..errors import SubsystemError
-from .extrapolation import Extrapolation
+from .extrapolation import Extrapolation, available
 from .interface import InterfaceVector, TornOutputs
 from .node import Columns, DrivenInput, Link, Node
 from .settings import Coupling
@@ -17,6 +16,8 @@ from .subsystem import Subsystem
 from .topology import Component, Connection, components
 
 __all__ = ["WiredComponent", "assemble"]
+
+MAX_DEGREE = 3  # of input polynomials
 
 
 @dataclass(eq=False)
@@ -53,11 +54,6 @@ def assemble(
         Subsystem name -> input name -> signal.
     settings : Coupling
         Schedule, exchange and waveform.
-
-    Raises
-    ------
-    SubsystemError
-        Where a subsystem lacks what exchange or waveform needs.
     """
     nodes = {s.name: _node(s, signals.get(s.name, {})) for s in subsystems}
     wired = []
@@ -66,35 +62,17 @@ def assemble(
             into = [c for c in connections if c.target[0] == name]
             inside = [c for c in into if c.source[0] in component.members and c not in component.torn]
             node = nodes[name]
-            node.upstream = _links(nodes, name, [c for c in into if c.source[0] not in component.members])
+            outside = [c for c in into if c.source[0] not in component.members]
+            node.upstream = _links(nodes, name, outside, settings.forward)
             node.moving_upstream = [link for link in node.upstream if not link.source.subsystem.frozen]
-            node.forward = _links(nodes, name, inside)
-            links = _links(nodes, name, [c for c in into if c in component.torn])
+            node.forward = _links(nodes, name, inside, settings.forward)
+            links = _links(nodes, name, [c for c in into if c in component.torn], settings.torn)
             node.torn = [link for link in links if not link.held]
             node.delayed = [link for link in links if link.held]
+            for link in node.upstream + node.forward + node.torn:
+                link.source.needs_rates |= link.method.uses_rates and link.source.subsystem.has_rates and not link.held
         wired.append(_wired(nodes, component, settings.torn))
-    for node in nodes.values():
-        continuous = [link for link in node.upstream + node.forward if not link.held]
-        for links, method in ((continuous, settings.forward), (node.torn, settings.torn)):
-            if links and method.order > 1 and not node.subsystem.takes_polynomials:
-                raise SubsystemError(
-                    f"{node.subsystem.name} cannot interpolate inputs, so it sees held ones only; "
-                    "set coupling.exchange and coupling.waveform to 'held'"
-                )
-            for link in links:
-                _request_rates(link.source, method)
     return tuple(wired)
-
-
-def _request_rates(node: Node, method: Extrapolation) -> None:
-    """Let the samples of a node carry rates where the method uses them. Raises SubsystemError where it needs them."""
-    offered = node.subsystem.has_rates
-    if method.needs_derivatives and not offered:
-        raise SubsystemError(
-            f"{node.subsystem.name} offers no output derivatives, which '{method.name}' needs; "
-            "set coupling.exchange and coupling.waveform to 'held', 'linear' or 'quadratic'"
-        )
-    node.needs_rates |= method.uses_rates and offered
 
 
 def _node(subsystem: Subsystem, signals: Mapping[str, Signal]) -> Node:
@@ -103,14 +81,17 @@ def _node(subsystem: Subsystem, signals: Mapping[str, Signal]) -> Node:
     inputs[0] = [port.start for port in subsystem.inputs]
     driven = tuple(DrivenInput(column[name], signal) for name, signal in signals.items())
     varying = tuple(pair for pair in driven if not isinstance(pair.signal, Constant))
-    return Node(subsystem, driven, varying, inputs)
+    return Node(subsystem, driven, varying, inputs, degree=MAX_DEGREE if subsystem.takes_polynomials else 0)
 
 
-def _links(nodes: Mapping[str, Node], target: str, connections: Sequence[Connection]) -> list[Link]:
+def _links(
+    nodes: Mapping[str, Node], target: str, connections: Sequence[Connection], asked: Extrapolation
+) -> list[Link]:
     """Return one link per source, and another one for its discrete values."""
     inputs = nodes[target].subsystem.inputs
     into = {port.name: k for k, port in enumerate(inputs)}
     links = []
+    degree = nodes[target].degree
     for name in dict.fromkeys(c.source[0] for c in connections):
         outputs = nodes[name].subsystem.outputs
         out = {port.name: k for k, port in enumerate(outputs)}
@@ -119,7 +100,8 @@ def _links(nodes: Mapping[str, Node], target: str, connections: Sequence[Connect
             alike = [(k, n) for k, n in pairs if held == (outputs[k].discrete or inputs[n].discrete)]
             if alike:
                 columns, targets = (_columns(indices) for indices in np.array(alike, dtype=int).T)
-                links.append(Link(nodes[name], columns, targets, held))
+                method = available(asked, degree, nodes[name].subsystem.has_rates)
+                links.append(Link(nodes[name], columns, targets, method, held))
     return links
 
 
@@ -139,5 +121,6 @@ def _wired(nodes: Mapping[str, Node], component: Component, waveform: Extrapolat
         columns = np.flatnonzero(wanted)
         if columns.size:
             outputs.append(TornOutputs(nodes[name], columns, np.array([ports[k].nominal for k in columns])))
-    interface = InterfaceVector(outputs, [waveform.needs_derivatives] * len(outputs))
+    with_rates = [waveform.needs_derivatives and torn.node.subsystem.has_rates for torn in outputs]
+    interface = InterfaceVector(outputs, with_rates)
     return WiredComponent(tuple(nodes[name] for name in component.members), interface)

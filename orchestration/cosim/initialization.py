@@ -90,6 +90,7 @@ def _solve(
         return interface.pack(lambda node: node.current, 1.0)
 
     first = interface.pack(lambda node: node.current, 1.0)
+    interface.adapt(first)
     history = IterationHistory(interface.size)
     outcome = solve(sweep_from, first, interface.scale, create("iqn"), history, settings.tolerance, settings.max_sweeps)
     if not outcome.converged:

@@ -13,6 +13,11 @@ from .node import Node
 __all__ = ["InterfaceVector", "TornOutputs"]
 
 
+GROWTH = 10.0  # ratio of a size to its nominal up to which the nominal stays, since secants are in units of nominals
+SMALL = 1e-3  # least nominal, as a share of the largest value of a loop in the same unit
+TINY = 1e-9  # the same of the largest value of all units
+
+
 class TornOutputs(NamedTuple):
     """Outputs of one node that feed torn connections.
 
@@ -47,6 +52,14 @@ class InterfaceVector:
         self.scale = np.concatenate(
             [np.tile(torn.nominals, 2 if rates else 1) for torn, rates in zip(outputs, with_rates, strict=True)] + [[]]
         )  # (n,) nominals of the unknowns
+        self.adaptive = np.concatenate(
+            [
+                np.tile([not torn.node.subsystem.outputs[k].has_nominal for k in torn.columns], 2 if rates else 1)
+                for torn, rates in zip(outputs, with_rates, strict=True)
+            ]
+            + [np.zeros(0, dtype=bool)]
+        ).astype(bool)  # (n,) unknowns whose nominal is not declared
+        self._sizes = np.zeros(self.scale.size)  # (n,) largest values seen of these
         self._layout: list[tuple[Node, np.ndarray, slice, slice | None]] = []
         first = 0
         for torn, rates in zip(outputs, with_rates, strict=True):
@@ -55,6 +68,65 @@ class InterfaceVector:
             self._layout.append((torn.node, torn.columns, slice(first, middle), slice(middle, last) if rates else None))
             first = last
         self.size = first
+        units = [
+            torn.node.subsystem.outputs[k].unit
+            for torn, rates in zip(outputs, with_rates, strict=True)
+            for _ in range(2 if rates else 1)
+            for k in torn.columns
+        ]
+        self._units = np.array(units, dtype=object)
+        self.fits_nominals = bool(self.adaptive.any())
+        self._adapted = self._provisional = False
+
+    def adapt(self, values: np.ndarray) -> bool:
+        """Fit undeclared nominals to accepted values (n,) of the unknowns; True where they change.
+
+        A nominal is the largest size seen so far, at least SMALL of the largest in the same unit and TINY of the
+        largest at all: what stays below is noise of the others.
+        """
+        if not self.fits_nominals:
+            return False
+        self._sizes = _larger(self._sizes, values)
+        wanted = self._fitted(self._sizes)
+        if wanted is None:
+            return False
+        keeps = bool((wanted <= GROWTH * self.scale).all()) and self._adapted
+        if self._provisional:
+            keeps = keeps and bool((GROWTH * wanted >= self.scale).all())
+        self._adapted, self._provisional = True, False
+        if not keeps:
+            self.scale = wanted
+        return not keeps
+
+    def adapt_provisionally(self, values: np.ndarray) -> bool:
+        """Fit undeclared nominals to the values (n,) of a first sweep that are too large for them, until adapt()."""
+        if not self.fits_nominals:
+            return False
+        wanted = self._fitted(_larger(self._sizes, values))
+        if wanted is None or (self._adapted and (wanted <= GROWTH * self.scale).all()):
+            return False
+        self.scale, self._adapted, self._provisional = wanted, True, True
+        return True
+
+    def _fitted(self, sizes: np.ndarray) -> np.ndarray | None:
+        """Return nominals (n,) for sizes (n,) of the unknowns; None while all sizes are zero."""
+        largest = sizes[self.adaptive].max()
+        if largest == 0.0:
+            return None
+        floors = np.full(self.size, TINY * largest)
+        for unit in set(self._units[self.adaptive]) - {"1"}:
+            alike = self._units == unit
+            floors[alike] = np.maximum(floors[alike], SMALL * sizes[alike].max())
+        return np.where(self.adaptive, np.maximum(sizes, floors), self.scale)
+
+    def name(self, k: int) -> str:
+        """Return the output behind the unknown k, for messages: 'rod.delta', or its rate."""
+        for node, columns, values, slopes in self._layout:
+            for where, kind in ((values, ""), (slopes, ", rate")):
+                if where is not None and where.start <= k < where.stop:
+                    port = node.subsystem.outputs[columns[k - where.start]]
+                    return f"{node.subsystem.name}.{port.name}{kind}"
+        raise IndexError(k)
 
     def pack(self, sample: Callable[[Node], Sample], length: float) -> np.ndarray:
         """Return the unknowns (n,) in the samples of their nodes; rates are multiplied by length [s]."""
@@ -98,3 +170,9 @@ class InterfaceVector:
             seeds[node] = np.zeros((len(node.subsystem.outputs), self.size))
             seeds[node][columns, np.arange(where.start, where.stop)] = 1.0
         return seeds
+
+
+def _larger(sizes: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Return the sizes (n,), or those of the values (n,) where they are larger and finite."""
+    larger: np.ndarray = np.maximum(sizes, np.where(np.isfinite(values), np.abs(values), 0.0))
+    return larger

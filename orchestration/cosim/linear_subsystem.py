@@ -63,6 +63,10 @@ class Linear:
     def begin(self) -> None:
         """End initialization."""
 
+    def accepted_input_order(self, order: int) -> int:
+        """Return the order: all are taken."""
+        return order
+
     def set_inputs(self, polynomials: np.ndarray) -> None:
         """Set the inputs (4, n_u)."""
         self._u[:] = polynomials

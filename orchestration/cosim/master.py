@@ -17,7 +17,7 @@ import numpy as np
 from ..errors import SubsystemError, TerminationRequest
 from .acceleration import IterationHistory
 from .algebraic_loop import solve_loop
-from .extrapolation import Sample
+from .extrapolation import Sample, available
 from .graph import WiredComponent
 from .initialization import initialize, reinitialize_after_event
 from .node import MacroStep, Node, StepObserver
@@ -125,7 +125,34 @@ class Master:
         for node in self.nodes:
             node.subsystem.begin()
         self._require_rollback()  # begin() may find that states cannot be saved as promised
+        self._limit_polynomials()
         self.arrive(time)
+
+    def _limit_polynomials(self) -> None:
+        """Describe inputs by what their subsystems take and their sources offer, and note what that changes."""
+        for node in self.nodes:
+            name = node.subsystem.name
+            links = [link for link in node.upstream + node.forward + node.torn if not link.held]
+            wanted = max([link.method.order - 1 for link in links] + [d.signal.degree for d in node.varying], default=0)
+            if node.degree and wanted:
+                node.degree = node.subsystem.accepted_input_order(wanted)
+            asked = [self.settings.torn if link in node.torn else self.settings.forward for link in links]
+            for link, method in zip(links, asked, strict=True):
+                link.method = available(link.method, node.degree, link.source.subsystem.has_rates)
+                if link.method is not method and not link.source.subsystem.has_rates and method.needs_derivatives:
+                    self._note(f"{link.source.subsystem.name} offers no output derivatives")
+            described = {
+                link.method.name for link, method in zip(links, asked, strict=True) if link.method is not method
+            }
+            if node.degree < max([m.order - 1 for m in asked] + [d.signal.degree for d in node.varying], default=0):
+                taken = f"up to order {node.degree}" if node.degree else "no"
+                self._note(f"{name} takes {taken} input derivatives")
+            if described:
+                self._note(f"inputs of {name} are described as {', '.join(sorted(described))}")
+
+    def _note(self, text: str) -> None:
+        if text not in self.notes:
+            self.notes.append(text)
 
     def arrive(self, time: float) -> None:
         """Reinitialize after an event at `time` [s]; earlier samples are discarded.
@@ -158,10 +185,10 @@ class Master:
             for component in self.components:
                 for node in component.nodes:
                     node.apply_signals(time, length)
-                    node.receive(node.moving_upstream, time, self.settings.forward)
+                    node.receive(node.moving_upstream, time)
                 if not component.interface.size:
                     for node in component.nodes:  # several where discrete values alone close a loop
-                        node.step(step, self.settings.forward)
+                        node.step(step)
                     continue
                 history = self._histories[component]
                 outcome = solve_loop(component, step, self.settings, history, self._restore)

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from .extrapolation import NOTHING, Extrapolation, Sample
+from .extrapolation import NOTHING, Extrapolation, Sample, reduce_degree
 from .signals import Signal
 from .subsystem import Subsystem
 
@@ -64,6 +64,8 @@ class Link:
         Indices of the source's outputs.
     targets : Columns
         Indices of the target's inputs.
+    method : Extrapolation
+        Polynomials of these inputs.
     held : bool
         Whether the values are discrete at either end: held over a step instead of interpolated.
     """
@@ -71,6 +73,7 @@ class Link:
     source: Node
     columns: Columns
     targets: Columns
+    method: Extrapolation
     held: bool = False
 
 
@@ -95,6 +98,8 @@ class Node:
         Into this node, with guessed or extrapolated end values.
     delayed : list of Link
         Into this node, discrete values that would close a loop: those of the start of a step hold over it.
+    degree : int
+        Highest degree of input polynomials that the subsystem takes.
     needs_rates : bool
         Whether samples carry time derivatives.
     samples : tuple of Sample
@@ -118,6 +123,7 @@ class Node:
     forward: list[Link] = field(default_factory=list)
     torn: list[Link] = field(default_factory=list)
     delayed: list[Link] = field(default_factory=list)
+    degree: int = 3
     needs_rates: bool = False
     samples: tuple[Sample, ...] = ()
     current: Sample = NOTHING
@@ -132,7 +138,7 @@ class Node:
     def apply_signals(self, time: float, length: float) -> None:
         """Set inputs that signals vary, and discrete ones from inside a loop.
 
-        A subsystem without input derivatives holds the end value, a discrete input the value at the start.
+        A discrete input holds the value at the start.
         """
         for link in self.delayed:
             self.inputs[:, link.targets] = 0.0
@@ -141,11 +147,11 @@ class Node:
             c = signal.polynomial(time, length)
             if self.subsystem.inputs[column].discrete:
                 c = (c[0], 0.0, 0.0, 0.0)
-            elif not self.subsystem.takes_polynomials:
-                c = (c[0] + length * (c[1] + length * (c[2] / 2.0 + length * c[3] / 6.0)), 0.0, 0.0, 0.0)
+            elif self.degree < signal.degree:
+                c = reduce_degree(c, length, self.degree)
             self.inputs[:, column] = c
 
-    def receive(self, links: list[Link], time: float, exchange: Extrapolation) -> None:
+    def receive(self, links: list[Link], time: float) -> None:
         """Set inputs whose sources have done the step from `time` [s] already."""
         for link in links:
             source = link.source
@@ -153,11 +159,11 @@ class Node:
                 self.inputs[:, link.targets] = 0.0
                 self.inputs[0, link.targets] = source.current.values[link.columns]
                 continue
-            self.inputs[:, link.targets] = exchange.fit((*source.samples, source.current), time)[:, link.columns]
+            self.inputs[:, link.targets] = link.method.fit((*source.samples, source.current), time)[:, link.columns]
 
-    def step(self, step: MacroStep, exchange: Extrapolation) -> None:
+    def step(self, step: MacroStep) -> None:
         """Set forward inputs and advance the subsystem; all other inputs are set already. Raises SubsystemError."""
-        self.receive(self.forward, step.time, exchange)
+        self.receive(self.forward, step.time)
         begin = perf_counter()
         try:
             self.subsystem.set_inputs(self.inputs)

@@ -26,6 +26,10 @@ class Signal(Protocol):
     """A function of time."""
 
     @property
+    def degree(self) -> int:
+        """Highest degree of its polynomials."""
+
+    @property
     def breaks(self) -> tuple[float, ...]:
         """Times at which the value or its slope jumps [s]."""
 
@@ -43,6 +47,7 @@ class Constant:
 
     value: float
 
+    degree = 0
     breaks = ()
 
     @property
@@ -61,6 +66,8 @@ class Steps:
 
     times: tuple[float, ...]
     values: tuple[float, ...]
+
+    degree = 0
 
     @property
     def breaks(self) -> tuple[float, ...]:
@@ -84,6 +91,8 @@ class Ramps:
 
     times: tuple[float, ...]
     values: tuple[float, ...]
+
+    degree = 1
 
     @property
     def breaks(self) -> tuple[float, ...]:
@@ -113,6 +122,7 @@ class Sine:
     period: float
     phase: float = 0.0
 
+    degree = 3
     breaks = ()
 
     @property
@@ -132,6 +142,8 @@ class Impulse:
     peak: float
     width: float
     start: float = 0.0
+
+    degree = 3
 
     @property
     def breaks(self) -> tuple[float, ...]:

@@ -32,6 +32,8 @@ class Port:
     discrete : bool
         Whether the value changes at communication points only: it is held over a step, never interpolated, and an
         iteration does not solve for it.
+    has_nominal : bool
+        Whether the nominal is declared. Where it is not, loops weigh errors by the size of the values seen.
     """
 
     name: str
@@ -41,6 +43,7 @@ class Port:
     least: float = -np.inf
     most: float = np.inf
     discrete: bool = False
+    has_nominal: bool = True
 
 
 @runtime_checkable
@@ -78,6 +81,9 @@ class Subsystem(Protocol):
 
     def begin(self) -> None:
         """End initialization."""
+
+    def accepted_input_order(self, order: int) -> int:
+        """Return the highest order, at most `order`, of input derivatives that it takes; after begin()."""
 
     def set_inputs(self, polynomials: np.ndarray) -> None:
         """Set the inputs (4, n_u), in C order, for the next step."""

@@ -309,4 +309,6 @@ def _port(member: str, v: Variable) -> Port:
     if v.start is not None and v.type != "String":
         with contextlib.suppress(OverflowError):
             start = float(v.start)
-    return Port(v.name, v.unit, v.nominal, start if math.isfinite(start) else 0.0, v.least, v.most, v.discrete)
+    return Port(
+        v.name, v.unit, v.nominal, start if math.isfinite(start) else 0.0, v.least, v.most, v.discrete, v.has_nominal
+    )

@@ -123,6 +123,10 @@ class ModelExchangeInstance(Instance):
         self._begun = False
         super().close()
 
+    def accepted_input_order(self, order: int) -> int:
+        """Return the order: the integrator evaluates inputs at any time."""
+        return order
+
     def set_inputs(self, polynomials: np.ndarray) -> None:
         """Set the inputs (4, n_u) for the next step, and their values now; discrete inputs take the first row alone."""
         changed = not np.array_equal(polynomials[0, self._discrete_columns], self._inputs[0, self._discrete_columns])

@@ -53,6 +53,7 @@ class Slave(Instance):
         )
         self._rate_orders = (fmi2.fmi2Integer * rated)(*[1] * rated)
         self._rate_count = ctypes.c_size_t(rated)
+        self._accepted = MAX_DEGREE  # highest order of input derivatives that the FMU takes
         self._degree = 0  # the highest order of input derivatives sent so far; others the FMU need not know
         self._held: bytes | None = None  # the inputs sent last, where they are constant and the FMU still has them
         self._ended: dict[int, str] = {}  # number of steps after which the FMU ended the simulation -> what it said
@@ -69,6 +70,37 @@ class Slave(Instance):
                 self._require_alive()
                 self.can_rollback = False
                 self._log.warn(f"canGetAndSetFMUstate = true, but states cannot be saved ({error}); run without")
+
+    def accepted_input_order(self, order: int) -> int:
+        """Return the highest order, at most `order`, of input derivatives that the FMU takes.
+
+        The XML tells only whether it takes some (canInterpolateInputs), so the FMU is asked with derivatives of zero.
+        """
+        if not self.takes_polynomials or not self._driven_columns.size:
+            return order if self.takes_polynomials else 0
+        before = self.save() if self.can_rollback else None
+        self._derivatives[:] = 0.0
+        for accepted in range(order, 0, -1):
+            status = self.library.fmi2SetRealInputDerivatives(
+                self._component,
+                self._derivative_references,
+                self._derivative_counts[accepted],
+                self._derivative_orders,
+                self._derivative_buffer,
+            )
+            if status <= fmi2.fmi2Warning:
+                break
+            if status == fmi2.fmi2Fatal:
+                self._check(status, f"input derivatives of order {accepted}")
+            self._log.take()
+            if before is not None:
+                self.restore(before)
+        else:
+            accepted, self.takes_polynomials = 0, False
+        if before is not None:
+            self.free(before)
+        self._accepted = accepted
+        return accepted
 
     def close(self) -> None:
         """Release everything. May be called twice."""
@@ -90,7 +122,7 @@ class Slave(Instance):
             return
         self._held = None
         self._write_inputs(polynomials[0])
-        degree = next((row for row in range(MAX_DEGREE, 0, -1) if polynomials[row].any()), 0)
+        degree = next((row for row in range(self._accepted, 0, -1) if polynomials[row].any()), 0)
         self._degree = max(self._degree, degree)
         if self._degree and self.takes_polynomials and self._driven_columns.size:
             self._derivatives[:] = polynomials[1:] if self._all_continuous else polynomials[1:, self._driven_columns]

@@ -45,6 +45,7 @@ class Variable:
     has_unit: bool = True
     factor: float = 1.0
     offset: float = 0.0
+    has_nominal: bool = True
     relative: bool = False  # relativeQuantity: a difference, to which the offset of its unit does not apply
     declared_type: str = ""
 
@@ -179,6 +180,7 @@ def _variable(
         has_unit=bool(unit),
         factor=1.0 if base is None else base.factor,
         offset=0.0 if base is None else base.offset,
+        has_nominal=attribute("nominal") is not None,
         relative=attribute("relativeQuantity") in ("true", "1"),
         declared_type=own.get("declaredType", ""),
     )

@@ -38,10 +38,15 @@ class IterationHistory:
     """
 
     def __init__(self, n: int) -> None:
+        self._size = n
+        self.forget()
+
+    def forget(self) -> None:
+        """Discard everything, because nominals have changed."""
         self.x: list[np.ndarray] = []
         self.r: list[np.ndarray] = []
-        self.secants = Secants(n)
-        self.split: tuple[np.ndarray, np.ndarray] = (np.zeros(n), np.zeros(n))
+        self.secants = Secants(self._size)
+        self.split: tuple[np.ndarray, np.ndarray] = (np.zeros(self._size), np.zeros(self._size))
         self.memory: Any = None
         self.jacobian: Callable[[], np.ndarray | None] = no_jacobian
 
