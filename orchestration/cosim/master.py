@@ -20,7 +20,7 @@ from .algebraic_loop import solve_loop
 from .extrapolation import Sample, available
 from .graph import WiredComponent
 from .initialization import initialize, reinitialize_after_event
-from .node import MacroStep, Node, StepObserver
+from .node import Link, MacroStep, Node, StepObserver
 from .settings import Coupling
 from .step_error import StepError, give_up
 
@@ -131,24 +131,29 @@ class Master:
     def _limit_polynomials(self) -> None:
         """Describe inputs by what their subsystems take and their sources offer, and note what that changes."""
         for node in self.nodes:
-            name = node.subsystem.name
             links = [link for link in node.upstream + node.forward + node.torn if not link.held]
-            wanted = max([link.method.order - 1 for link in links] + [d.signal.degree for d in node.varying], default=0)
-            if node.degree and wanted:
-                node.degree = node.subsystem.accepted_input_order(wanted)
-            asked = [self.settings.torn if link in node.torn else self.settings.forward for link in links]
-            for link, method in zip(links, asked, strict=True):
-                link.method = available(link.method, node.degree, link.source.subsystem.has_rates)
-                if link.method is not method and not link.source.subsystem.has_rates and method.needs_derivatives:
+            signals = [driven.signal.degree for driven in node.varying]
+            wanted = max([link.method.order - 1 for link in links] + signals, default=0)
+            accepted = node.subsystem.accepted_input_order(wanted) if node.degree and wanted else 0
+            if accepted < wanted:
+                node.degree = accepted
+            changed = set()
+            for link in links:
+                asked = self.settings.torn if link in node.torn else self.settings.forward
+                has_rates = link.source.subsystem.has_rates
+                link.method = available(asked, node.degree, has_rates)
+                if asked.needs_derivatives and not has_rates and node.degree > 1:
                     self._note(f"{link.source.subsystem.name} offers no output derivatives")
-            described = {
-                link.method.name for link, method in zip(links, asked, strict=True) if link.method is not method
-            }
-            if node.degree < max([m.order - 1 for m in asked] + [d.signal.degree for d in node.varying], default=0):
+                if link.method is not asked:
+                    changed.add(link.method.name)
+            if node.degree < max([wanted, *(self._asked_degree(link, node) for link in links)], default=0):
                 taken = f"up to order {node.degree}" if node.degree else "no"
-                self._note(f"{name} takes {taken} input derivatives")
-            if described:
-                self._note(f"inputs of {name} are described as {', '.join(sorted(described))}")
+                self._note(f"{node.subsystem.name} takes {taken} input derivatives")
+            if changed:
+                self._note(f"inputs of {node.subsystem.name} are described as {', '.join(sorted(changed))}")
+
+    def _asked_degree(self, link: Link, node: Node) -> int:
+        return (self.settings.torn if link in node.torn else self.settings.forward).order - 1
 
     def _note(self, text: str) -> None:
         if text not in self.notes:
