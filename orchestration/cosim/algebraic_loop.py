@@ -22,7 +22,7 @@ __all__ = ["solve_loop"]
 LIMIT_REMEDY = (
     "Raise coupling.reach, give the FMU's variable a nominal of its size, or make coupling.macro_step smaller"
 )
-
+FOLLOWED = 0.5  # largest error of an extrapolation that follows a value, as a share of it
 MAX_FITS = 4  # iterations of one step while undeclared nominals are fitted: to the first sweep, then to the solution
 
 
@@ -58,12 +58,12 @@ def solve_loop(
         With the residuals, the estimated gain, and the time reached by a subsystem that refused the step.
     """
     interface = component.interface
-    start = interface.pack(lambda node: node.samples[-1], step.length)
-    if interface.adapt(start):
-        history.forget()
     method = settings.loop_method or _first_step_method(component, settings.torn)
     if method is None:
         return _explicit(component, step, settings)
+    start = interface.pack(lambda node: node.samples[-1], step.length)
+    if interface.adapt(start):
+        history.forget()
     # The first guess is the parabola through the newest samples; an explicit first step starts from its own waveform.
     fit = METHODS["quadratic"].fit if settings.loop_method else settings.torn.fit
     guess = interface.predict(fit, step.time, step.length)
@@ -133,12 +133,16 @@ def _explicit(component: WiredComponent, step: MacroStep, settings: Coupling) ->
     x = interface.predict(settings.torn.fit, step.time, step.length)
     _set_torn_inputs(component, step.time, {})
     swept = _sweep(component, step)
-    interface.adapt_provisionally(swept)
-    error = norm((swept - x) / interface.scale)
+    # An undeclared nominal is 1, as FMI has it, until values grow in a way that extrapolation follows: what an unstable
+    # coupling blows up must not be the measure of its own error.
+    scale = np.where(interface.adaptive, np.maximum(interface.scale, 1.0), interface.scale)
+    error = norm((swept - x) / scale)
     if not error <= settings.trust_radius:
         cause = f"explicit coupling is off by more than the reach of {settings.trust_radius:g} nominals"
         cause += f", most in {_farthest(component, swept, x)}"
         raise StepError(cause, (error,), remedy="Iterate: coupling.method = 'iqn', or take smaller macro steps")
+    if interface.fits_nominals and (np.abs(swept - x) <= FOLLOWED * np.abs(swept))[interface.adaptive].all():
+        interface.adapt(swept)
     return Outcome(x, True, error, (error,))
 
 

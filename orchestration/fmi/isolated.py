@@ -106,6 +106,11 @@ class IsolatedInstance:
         """End initialisation."""
         self._take_facts(self._call("begin"))
 
+    def accepted_input_order(self, order: int) -> int:
+        """Return the highest order, at most `order`, of input derivatives that the FMU takes."""
+        accepted: int = self._call("accepted_input_order", order)
+        return accepted
+
     def set_inputs(self, polynomials: np.ndarray) -> None:
         """Set the inputs (4, n_u) for the step to come."""
         self._call("set_inputs", polynomials, self._texts(polynomials[0]))
