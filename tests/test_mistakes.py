@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import errno
 import os
+import signal
 import warnings
 from collections.abc import Sequence
 from pathlib import Path
@@ -12,6 +13,7 @@ from pathlib import Path
 import pytest
 import tca_cosim as tca
 import xarray as xr
+from fmu_maker import make_fmu, real
 from tca_cosim import results
 from tca_cosim.cli import app, console
 from typer.testing import CliRunner, Result
@@ -153,6 +155,43 @@ def test_a_mistake_is_one_message(mistake: str, here: Path) -> None:
     assert {path.name for path in here.rglob("*")} == before
 
 
+FOREIGN = """stop_time = 1
+connections = ["a.y -> b.u", "b.y -> a.u"]
+fmus = { a = "gain.fmu", b = "gain.fmu" }
+a = { k = 0.5 }
+b = { k = -1.0 }
+coupling = { exchange = "held", waveform = "held" }
+"""
+
+
+@pytest.mark.parametrize(
+    ("command", "words"),
+    [
+        (["run", "foreign.toml"], []),
+        (["timing", "foreign.toml", "--repeats", "1"], []),
+        (["export", "--ssp", "x.ssp"], []),
+        (["animate", "foreign.toml"], ["no shape to draw", "run a scene with rod.fmu"]),
+        (["modes", "foreign.toml"], ["gain.fmu offers no model exchange"]),
+        (["monolith", "foreign.toml"], ["gain.fmu offers no model exchange"]),
+        (["reference", "foreign.toml"], ["is not a thermal or rod model"]),
+        (["select", "foreign.toml"], ["set fidelity.quantities"]),
+        (["halving", "foreign.toml"], ["varies settings of rod.fmu, which the scene does not have"]),
+        (["chart", "foreign.toml"], ["varies settings of thermal.fmu and rod.fmu"]),
+        (["stability", "foreign.toml", "--workers", "0"], ["varies settings of rod.fmu"]),
+    ],
+)
+def test_commands_on_foreign_fmus_work_or_say_what_they_need(command: list[str], words: list[str], here: Path) -> None:
+    variables = [real("u", "input", start=0), real("y"), real("k", "parameter", start=2)]
+    make_fmu(here / "gain.fmu", variables, output="real[1] = real[2] * real[0];")
+    (here / "foreign.toml").write_text(FOREIGN)
+    done = call(*command)
+    assert done.exit_code == (2 if words else 0), done.output
+    assert "Traceback" not in done.output
+    assert done.stderr.count("error: ") == bool(words)
+    for word in words:
+        assert word in " ".join(done.stderr.split())
+
+
 REMEDIES = {
     "run stepp": ["run", "step", *SHORT],
     "run good.toml --set rod.ordr=2": set_in("rod.order=2"),
@@ -200,6 +239,18 @@ def test_an_interrupted_run_keeps_what_was_computed(here: Path, monkeypatch: pyt
     assert done.exit_code == 130
     assert "good.partial.nc" in done.stdout
     assert "partial: stopped by the user" in results.read(here / "results" / "good.partial.nc").attrs["status"]
+
+
+def test_sigterm_does_what_ctrl_c_does(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def terminate(time: float) -> None:
+        os.kill(os.getpid(), signal.SIGTERM)
+
+    monkeypatch.setattr(console, "watched", lambda scene, solve: solve(terminate))
+    before = signal.getsignal(signal.SIGTERM)
+    done = call("run", "good.toml")
+    assert done.exit_code == 130
+    assert (here / "results" / "good.partial.nc").is_file()
+    assert signal.getsignal(signal.SIGTERM) == before
 
 
 def test_unexpected_errors_are_one_line_too(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:

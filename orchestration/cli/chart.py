@@ -10,8 +10,10 @@ import xarray as xr
 from rich.progress import Progress, TaskID
 from rich.table import Table
 
+from ..scene.manipulator import ROD, THERMAL
 from .console import extra, out, reported, written
 from .options import Folder, Overrides
+from .shown import require_models
 from .workers import Workers, worker
 
 if TYPE_CHECKING:
@@ -51,6 +53,8 @@ def command(
         if RELEASE in scenes:
             _release(folder, picture, repeats)
         names = [name for name in scenes if name != RELEASE]
+        for name in names:
+            require_models("chart", name, override, (THERMAL, ROD))
         file: dict[str, Any] = {"file": series} if series else {}
         with Progress(*Progress.get_default_columns(), console=out, transient=True) as bar:
             task = bar.add_task("references", total=2 * len(names))

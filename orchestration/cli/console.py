@@ -7,6 +7,7 @@ import errno
 import json
 import os
 import signal
+import sys
 import warnings
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -25,8 +26,11 @@ from ..results.plausibility import doubtful
 from ..scene import Scene
 from ..studies.model_selection import run_selected
 
-__all__ = ["busy", "extra", "out", "partial_kept", "reported", "run", "show_gaps", "watched", "written"]
+__all__ = ["busy", "extra", "out", "partial_kept", "reported", "run", "say_times", "show_gaps", "watched", "written"]
 
+for _stream in (sys.stdout, sys.stderr):
+    if hasattr(_stream, "reconfigure"):  # what a terminal cannot show is replaced, and ends no run
+        _stream.reconfigure(errors="replace")
 out = Console(markup=False)  # [s] and [m] are units here
 
 
@@ -130,6 +134,16 @@ def partial_kept(folder: Path, ending: str, write: Callable[[xr.Dataset, Path], 
             write(error.partial, path)
             out.print(f"what was computed until then: {path}", highlight=False)
         raise
+
+
+def say_times(scene: Scene, other: xr.Dataset) -> None:
+    """Say that the times of another result hold, where they do not end at the stop time of the scene."""
+    end = float(other["time"][-1])
+    if end != scene.stop_time:
+        out.print(
+            f"solved at the times of --against, to {end:g} s, instead of stop_time = {scene.stop_time:g} s",
+            highlight=False,
+        )
 
 
 def written(*what: object) -> None:

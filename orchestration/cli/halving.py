@@ -10,8 +10,10 @@ import typer
 from rich.progress import Progress, TaskID
 from rich.table import Table
 
+from ..scene.manipulator import ROD
 from .console import extra, out, reported, written
 from .options import Folder, Overrides
+from .shown import require_models
 
 __all__ = ["command"]
 
@@ -36,6 +38,7 @@ def command(
         shown = Table("scene", "macro step [s]", "difference, share of the range", "order")
         with Progress(*Progress.get_default_columns(), console=out, transient=True) as bar:
             for name in scenes:
+                require_models("halving", name, override, (ROD,))
                 task = bar.add_task(name, total=1.0)
 
                 def progress(share: float, task: TaskID = task) -> None:

@@ -9,7 +9,7 @@ import typer
 
 from .. import results
 from ..scene import read
-from .console import reported, show_gaps, watched, written
+from .console import reported, say_times, show_gaps, watched, written
 from .options import Against, Folder, Overrides, SceneName
 
 __all__ = ["command"]
@@ -33,4 +33,5 @@ def command(
         results.write(solved, folder / f"{described.name}.monolith.nc")
         written(folder / f"{described.name}.monolith.nc")
         if other is not None:
+            say_times(described, other)
             show_gaps(other, solved)

@@ -59,7 +59,8 @@ def _heat(result: xr.Dataset, member: str) -> Iterator[str]:
 def _outputs(result: xr.Dataset) -> Iterator[str]:
     """Last values of the scalar outputs of other FMUs."""
     shown = [
-        f"{name} = {float(array[-1]):.6g}" + (f" {unit}" if (unit := array.attrs.get("units", "1")) != "1" else "")
+        f"{name} = {float(array[-1]) + 0.0:.6g}"
+        + (f" {unit}" if (unit := array.attrs.get("units", "1")) != "1" else "")
         for name, array in result.data_vars.items()
         if array.dims == ("time",) and array.attrs.get("causality") == "output" and array.dtype.kind in "fiub"
     ]

@@ -9,7 +9,7 @@ import typer
 
 from .. import results
 from ..scene import read
-from .console import extra, reported, show_gaps, written
+from .console import extra, reported, say_times, show_gaps, written
 from .options import Against, Folder, Overrides, SceneName
 
 __all__ = ["command"]
@@ -33,4 +33,5 @@ def command(
         results.write(solved, folder / f"{described.name}.reference.nc")
         written(folder / f"{described.name}.reference.nc")
         if other is not None:
+            say_times(described, other)
             show_gaps(other, solved)

@@ -14,10 +14,21 @@ from ..errors import CosimError
 from ..scene import read
 from .console import run
 
-__all__ = ["From", "MaybeScene", "shown"]
+__all__ = ["From", "MaybeScene", "require_models", "shown"]
 
 MaybeScene = Annotated[str | None, typer.Argument(metavar="SCENE", help="Name or file of a scene to run")]
 From = Annotated[Path | None, typer.Option("--from", metavar="RESULT.nc", help="Result to show instead of a run")]
+
+
+def require_models(command: str, scene: str, overrides: Sequence[str], models: Sequence[str]) -> None:
+    """Raise CosimError where a scene lacks an FMU of this package that a command needs."""
+    described = read(scene, overrides)
+    missing = [f"{model}.fmu" for model in models if described.model(model) is None]
+    if missing:
+        raise CosimError(
+            f"{described.name}: `tca-cosim {command}` varies settings of {' and '.join(missing)}, which the scene does "
+            "not have; give a scene with them"
+        )
 
 
 def shown(scene: str | None, overrides: Sequence[str], source: Path | None) -> xr.Dataset:

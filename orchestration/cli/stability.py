@@ -11,8 +11,10 @@ from rich.progress import Progress
 from .. import results
 from ..errors import CosimError
 from ..files import save_figure
+from ..scene.manipulator import ROD
 from .console import out, reported, written
 from .options import Folder, Overrides
+from .shown import require_models
 from .workers import Scheduler, Workers, worker
 
 __all__ = ["command"]
@@ -34,6 +36,8 @@ def command(
         if scene == "oscillators" and override:
             raise CosimError(f"--set {override[0]!r}: the analytic systems have no settings; leave --set out")
         oscillators = scene == "oscillators"
+        if not oscillators:
+            require_models("stability", scene, override, (ROD,))
         study = stability.oscillator_study(points) if oscillators else stability.rod_study(scene, override, points)
         with Progress(*Progress.get_default_columns(), console=out, transient=True) as bar:
             task = bar.add_task(study.name, total=len(study.panels) * points)
