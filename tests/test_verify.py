@@ -157,6 +157,32 @@ def hidden_rates(folder: Path) -> Path:
     return scene(folder, *PAIR, 4.0, 0.05, exchange="hermite", waveform="hermite")
 
 
+def healthy_with_unused_rates(folder: Path) -> Path:
+    hidden_rates(folder)
+    return scene(folder, *PAIR, 4.0, 0.05)
+
+
+def healthy_with_one_step_length(folder: Path) -> Path:
+    fixed = {**SMOOTH, "canHandleVariableCommunicationStepSize": "false", "maxOutputDerivativeOrder": "1"}
+    circuit(folder, co_simulation=fixed, rates="update(m); rate[1] = m->real[2];")
+    return scene(folder, *PAIR, 4.0, 0.05)
+
+
+def healthy_until_its_end(folder: Path) -> Path:
+    """The filter ends the simulation after 0.4 s, as its wish."""
+    sine(folder / "source.fmu", 2.0)
+    ends = "if (t > 0.375) { m->terminated = 1; m->reached = t; return fmi2Discard; }" + STEP
+    first_order(folder / "filter.fmu", "u - real[1]", 0.0, step=ends)
+    return scene(folder, *CHAIN, 1.0, 0.05)
+
+
+def failing_part(folder: Path) -> Path:
+    circuit(folder)
+    fails = 'LOG(fmi2Error, "no model here"); return fmi2Error;'
+    first_order(folder / "two.fmu", "u - 0.4 * real[1]", 0.0, step=fails, units=VOLT, unit=("V", "A"))
+    return scene(folder, *PAIR, 4.0, 0.05)
+
+
 def hidden_counter(folder: Path) -> Path:
     """Takes every step for one of 0.05 s."""
     circuit(folder)
@@ -207,6 +233,10 @@ SYSTEMS: list[tuple[Callable[[Path], Path], str, str]] = [
     (diverging_iteration, "diverging", "so that an error grows from sweep to sweep"),
     (diverging_explicit, "diverging", "loop gain 4, so that an error grows"),
     (hidden_rollback, "hidden error", "two: rollback: a restored state steps on differently"),
+    (healthy_with_unused_rates, "healthy", "(not used in this scene)"),
+    (healthy_with_one_step_length, "healthy", "agrees with it"),
+    (healthy_until_its_end, "healthy", "no loops"),
+    (failing_part, "failing", "two: "),
     (hidden_rates, "hidden error", "two: rates: the derivative of x is off by 2e+02 %"),
     (hidden_counter, "hidden error", "two: step size: the result depends on the number of steps"),
     (hidden_noise, "hidden error", "two: determinism: the same calls give other results"),

@@ -15,6 +15,7 @@ from .options import Folder, Overrides, SceneName
 
 __all__ = ["command"]
 
+RESULTS = {True: "passed", False: "broken", None: "-"}
 MOST_REASONS = 8  # lines printed; the files have all
 
 
@@ -34,9 +35,11 @@ def command(
         described = read(scene, override)
         with busy(described.name) as status:
             verification = coupling.verify(described, tolerance, status)
-        table = Table("FMU", *(check.name for check in next(iter(verification.checks.values()))))
-        for name, checks in verification.checks.items():
-            table.add_row(name, *({True: "passed", False: "broken", None: "-"}[check.passed] for check in checks))
+        names = list(dict.fromkeys(check.name for checks in verification.checks.values() for check in checks))
+        table = Table("FMU", *names)
+        for member, checks in verification.checks.items():
+            results = {check.name: RESULTS[check.passed] for check in checks}
+            table.add_row(member, *(results.get(name, "-") for name in names))
         out.print(table)
         kinds = Counter(signal.kind for signal in verification.signals)
         counted = ", ".join(f"{count} {kind}" for kind, count in kinds.most_common()) or "not comparable"

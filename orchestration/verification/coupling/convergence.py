@@ -19,7 +19,7 @@ from .runs import CoupledRun
 __all__ = ["KINDS", "SignalVerdict", "assess_signal", "common_rows", "scales_of"]
 
 KINDS = {
-    "constant": "does not move, so that nothing can be told of it",
+    "constant": "does not move, so that there is nothing to judge",
     "count": "whole numbers that only grow: a count, not compared",
     "settled": "can be trusted",
     "step": "macro step too long",

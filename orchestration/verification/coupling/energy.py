@@ -69,7 +69,7 @@ def power_bonds(scene: Scene, runs: Sequence[CoupledRun], tolerance: float) -> l
         shrinking = len(shares) > 1 and shares[-1] <= 0.8 * shares[0]
         closed = not shares or shares[-1] <= tolerance or shrinking
         listed = ", ".join(f"{100.0 * share:.2g} %" for share in shares) or "unknown"
-        text = f"the coupling adds or takes {listed} of the energy carried (H, H/2, H/4)"
+        text = f"the coupling adds or takes {listed} of the energy carried as the step is halved"
         if not closed:
             text += ": it does not vanish with the step, so both sides do not mean the same quantities"
         bonds.append(PowerBond(forward, backward, shares, closed, text))
@@ -78,11 +78,11 @@ def power_bonds(scene: Scene, runs: Sequence[CoupledRun], tolerance: float) -> l
 
 def _share(scene: Scene, run: CoupledRun, forward: Connection, backward: Connection) -> float:
     """The sum of |P_given - P_taken| over that of |P_given|, both in W."""
-    given = _course(scene, run, *forward.source) * _course(scene, run, *backward.target)
-    taken = _course(scene, run, *forward.target) * _course(scene, run, *backward.source)
+    delivered = _course(scene, run, *forward.source) * _course(scene, run, *backward.target)
+    received = _course(scene, run, *forward.target) * _course(scene, run, *backward.source)
     lengths = np.diff(run.times)
-    total = float(np.sum(np.abs(given[1:]) * lengths))
-    off = float(np.sum(np.abs(given[1:] - taken[1:]) * lengths))
+    total = float(np.sum(np.abs(delivered[1:]) * lengths))
+    off = float(np.sum(np.abs(delivered[1:] - received[1:]) * lengths))
     return off / total if total > 0.0 else 0.0 if off == 0.0 else np.inf
 
 

@@ -31,8 +31,8 @@ def report_loops(scene: Scene, run: CoupledRun) -> LoopReport:
     """The loops of a scene with gain and residual of a run."""
     frozen = {m.name for m in scene.members if m.frozen}
     connections = [c for c in scene.connections if c.target[0] not in frozen]
-    found = components([m.name for m in scene.members], connections, scene.coupling.schedule == "jacobi")
-    loops = tuple(component.members for component in found if component.torn)
+    order = components([m.name for m in scene.members], connections, scene.coupling.schedule == "jacobi")
+    loops = tuple(component.members for component in order if component.torn)
     if not loops:
         return LoopReport((), math.nan, 0.0, "no loops: every member is stepped once per macro step")
     gain = run.gain if math.isfinite(run.gain) else _probed_gain(scene, run.step)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -21,10 +21,12 @@ from .runs import CoupledRun, run_with_step
 __all__ = ["REFINEMENTS", "VERDICTS", "Comparison", "Verification", "verify"]
 
 REFINEMENTS = (1.0, 0.5, 0.25)  # macro steps over that of the scene
+FINER = 0.125  # the same of a further run, where these leave a doubt
 VERDICTS = {
     "healthy": "The result can be trusted within the tolerance.",
     "step too long": "The coupling works, but the macro step is too long for the tolerance.",
     "diverging": "The coupling fails or does not settle, whatever the macro step.",
+    "failing": "A part cannot be loaded or run, so that there is no result.",
     "hidden error": "A part breaks what its interface promises, so the result may be wrong without a sign of it.",
 }
 _MONOLITH_TOLERANCE = 1e-9  # of the monolith's integrator
@@ -43,7 +45,7 @@ class Comparison:
 
 @dataclass(frozen=True)
 class Verification:
-    """Everything that was found of a system.
+    """Results of all tests of a system.
 
     Parameters
     ----------
@@ -52,7 +54,7 @@ class Verification:
     tolerance : float
         Error allowed, share of the range of each output.
     runs : tuple of CoupledRun
-        Runs with H, H/2, H/4.
+        Runs with H, H/2, H/4, and with H/8 where these leave a doubt.
     checks : mapping of str to list of Check
         Tests of each FMU.
     loops : LoopReport
@@ -122,10 +124,18 @@ def verify(scene: Scene, tolerance: float = 0.01, status: Callable[[str], None] 
     status("loops")
     loops = report_loops(scene, runs[0])
     signals = _signals(scene, runs, tolerance)
+    doubtful = not all(run.complete for run in runs) or any(signal.kind == "unsettled" for signal in signals)
+    if doubtful and runs[-1].complete:
+        finer = FINER * step
+        status(f"run with a macro step of {finer:.3g} s")
+        runs.append(run_with_step(scene, finer))
+        signals = (
+            _refined(signals, _signals(scene, runs[-3:], tolerance), runs[-3].step) if runs[-1].complete else signals
+        )
     bonds = tuple(power_bonds(scene, runs, tolerance))
     status("monolith")
     monolith = _compare_with_monolith(scene, runs, signals, tolerance)
-    verdict, reasons = _judge(runs, checks, loops, signals, bonds, monolith)
+    verdict, reasons = _judge(scene, runs, checks, loops, signals, bonds, monolith)
     return Verification(scene, tolerance, tuple(runs), checks, loops, signals, bonds, monolith, verdict, tuple(reasons))
 
 
@@ -144,6 +154,7 @@ def _signals(scene: Scene, runs: list[CoupledRun], tolerance: float) -> tuple[Si
     if not complete or (not runs[-1].complete and len(complete) < 2):
         return ()
     rows = common_rows(complete)
+    step = runs[0].step
     verdicts = []
     for member in scene.members:
         variables = recorded_variables(member)
@@ -154,7 +165,7 @@ def _signals(scene: Scene, runs: list[CoupledRun], tolerance: float) -> tuple[Si
                 f"{member.name}.{v.name}",
                 v.unit,
                 [course[:, k] for course in courses],
-                scene.coupling.macro_step,
+                step,
                 tolerance,
                 v.type != "Real",
                 sizes[k],
@@ -163,6 +174,24 @@ def _signals(scene: Scene, runs: list[CoupledRun], tolerance: float) -> tuple[Si
             if v.causality == "output"
         ]
     return tuple(verdicts)
+
+
+def _refined(
+    first: tuple[SignalVerdict, ...], second: tuple[SignalVerdict, ...], half: float
+) -> tuple[SignalVerdict, ...]:
+    """The verdicts of three runs; of three finer ones, from the step `half` [s] on, for outputs that did not settle."""
+    if not first:
+        first = second
+    merged = []
+    for coarse, fine in zip(first, second, strict=True):
+        if coarse.kind not in ("unsettled", "unknown", "step") or math.isfinite(coarse.error):
+            merged.append(coarse)
+        elif fine.kind == "settled":
+            text = f"settles with shorter steps only: {fine.text}"
+            merged.append(replace(fine, kind="step", error=math.inf, needed=half, text=text))
+        else:
+            merged.append(fine)
+    return tuple(merged)
 
 
 def _compare_with_monolith(
@@ -217,7 +246,21 @@ def _has_model_exchange(member: Member) -> bool:
     return quasi_static or member.archive.description.modelExchange is not None
 
 
+def _matters(scene: Scene, check: Check, loops: LoopReport) -> bool:
+    """Whether a scene uses what a test found broken."""
+    coupling = scene.coupling
+    if check.name == "rollback":
+        return coupling.control != "fixed" or bool(loops.members and coupling.method != "none")
+    if check.name == "rates":
+        used = [coupling.forward, *([coupling.torn] if loops.members else [])]
+        return any(method.uses_rates for method in used)
+    if check.name == "input derivatives":
+        return coupling.forward.order > 1 or coupling.torn.order > 1
+    return True
+
+
 def _judge(
+    scene: Scene,
     runs: list[CoupledRun],
     checks: Mapping[str, list[Check]],
     loops: LoopReport,
@@ -226,19 +269,26 @@ def _judge(
     monolith: Comparison,
 ) -> tuple[str, list[str]]:
     """The verdict and its reasons, the weightiest first."""
-    broken = [f"{name}: {c.name}: {c.text}" for name, each in checks.items() for c in each if c.passed is False]
+    failing = [f"{name}: {c.text}" for name, each in checks.items() for c in each if c.passed is False and c.fatal]
+    wrong = [(name, c) for name, each in checks.items() for c in each if c.passed is False and not c.fatal]
+    broken = [f"{name}: {c.name}: {c.text}" for name, c in wrong if _matters(scene, c, loops)]
+    unused = [
+        f"{name}: {c.name}: {c.text} (not used in this scene)" for name, c in wrong if not _matters(scene, c, loops)
+    ]
     open_bonds = [f"{bond.forward}, {bond.backward}: {bond.text}" for bond in bonds if not bond.closed]
     apart = [f"monolith: {monolith.text}"] if monolith.agrees is False else []
     failed = [f"the run with a macro step of {run.step:.3g} s fails: {run.failure}" for run in runs if not run.complete]
     unsettled = [f"{s.name}: {s.text}" for s in signals if s.kind == "unsettled"]
     too_long = sorted((s for s in signals if s.kind == "step"), key=lambda s: -s.error)
     long_texts = [f"{s.name}: {s.text}" for s in too_long]
+    if failing and not runs[-1].complete:
+        return "failing", [*failing, *failed]
     if broken or apart or open_bonds:
-        return "hidden error", [*broken, *apart, *open_bonds, *failed, *unsettled, *long_texts]
+        return "hidden error", [*broken, *apart, *open_bonds, *failed, *unsettled, *long_texts, *unused]
     if all(not run.complete for run in runs) or not runs[-1].complete or unsettled:
-        return "diverging", [*failed, f"loops: {loops.text}", *unsettled, *long_texts]
+        return "diverging", [*failed, f"loops: {loops.text}", *unsettled, *long_texts, *unused]
     if failed or too_long:
         needed = [s.needed for s in too_long if math.isfinite(s.needed)]
         advice = [f"take coupling.macro_step = {min(needed):.2g} s or less"] if needed else []
-        return "step too long", [*advice, *failed, *long_texts]
-    return "healthy", [f"loops: {loops.text}", f"monolith: {monolith.text}"]
+        return "step too long", [*advice, *failed, *long_texts, *unused]
+    return "healthy", [f"loops: {loops.text}", f"monolith: {monolith.text}", *unused]
