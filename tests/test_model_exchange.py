@@ -90,7 +90,7 @@ b = "b.fmu"
 [coupling]
 macro_step = 0.02
 waveform = "hermite"
-tolerance = 1e-11
+tolerance = 1e-10
 """
     result = run(tmp_path, text)
     matrix = np.array([[0, 1, 0, 0], [-2, -0.1, 1, 0], [0, 0, 0, 1], [1, 0, -2, -0.1]])
@@ -230,6 +230,18 @@ def test_a_model_that_ends_the_simulation(tmp_path: Path) -> None:
     with closing(instance(path, (), ("height",))) as fmu, pytest.raises(TerminationRequest) as caught:
         fmu.step(0.0, 1.0)
     assert caught.value.reached == pytest.approx(math.sqrt(2.0 / GRAVITY), abs=1e-9)
+
+
+def test_a_run_ends_when_a_model_wishes(tmp_path: Path) -> None:
+    ball(tmp_path / "ball.fmu", event="if (real[0] <= 0.0 && real[1] < 0.0) m->terminated = 1;")
+    result = run(
+        tmp_path,
+        'stop_time = 1\nconnections = []\n[fmus]\nball = "ball.fmu"\n[coupling]\nmacro_step = 0.1\n',
+    )
+    assert result.attrs["status"] == "complete"
+    assert "ball ended the simulation" in result.attrs["ended"]
+    assert result["time"].values[-1] == pytest.approx(math.sqrt(2.0 / GRAVITY), abs=1e-9)
+    assert abs(float(result["ball.height"][-1])) < 1e-8
 
 
 def test_a_model_that_switches_without_end_is_named(tmp_path: Path) -> None:

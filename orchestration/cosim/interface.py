@@ -113,6 +113,10 @@ class InterfaceVector:
         largest = sizes[self.adaptive].max()
         if largest == 0.0:
             return None
+        sizes = sizes.copy()
+        for _, _, where, slopes in self._layout:  # a value and its rate times the length are of one size
+            if slopes is not None:
+                sizes[where] = sizes[slopes] = np.maximum(sizes[where], sizes[slopes])
         floors = np.full(self.size, TINY * largest)
         for unit in set(self._units[self.adaptive]) - {"1"}:
             alike = self._units == unit
