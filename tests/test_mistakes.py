@@ -6,6 +6,7 @@ from __future__ import annotations
 import errno
 import os
 import signal
+import types
 import warnings
 from collections.abc import Sequence
 from pathlib import Path
@@ -16,6 +17,7 @@ import xarray as xr
 from fmu_maker import make_fmu, real
 from tca_cosim import results
 from tca_cosim.cli import app, console
+from tca_cosim.files import atomic_write
 from typer.testing import CliRunner, Result
 
 SHORT = ("--set", "stop_time=0.2")
@@ -224,6 +226,28 @@ def test_full_disks_and_missing_permissions_are_one_line(here: Path, monkeypatch
         assert done.exit_code == 2
         assert "error: results/good.nc: " in done.stderr
         assert words in done.stderr
+
+
+def test_a_full_disk_leaves_no_part_of_a_file(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whatever the library that writes says of it."""
+
+    def write(draft: Path, error: Exception) -> None:
+        draft.write_text("half")
+        raise error
+
+    for error in (OSError(errno.ENOSPC, "full"), PermissionError(errno.EACCES, "denied"), RuntimeError("NetCDF: HDF")):
+        with monkeypatch.context() as patch:
+            patch.setattr("shutil.disk_usage", lambda folder: types.SimpleNamespace(free=0))
+            with (
+                pytest.raises(OSError, match="No space left") as caught,
+                atomic_write(here / "there" / "a.nc") as draft,
+            ):
+                write(draft, error)
+        assert caught.value.filename == str(here / "there" / "a.nc")
+        assert list((here / "there").iterdir()) == []
+    with pytest.raises(PermissionError) as denied, atomic_write(here / "a.nc") as draft:
+        write(draft, PermissionError(errno.EACCES, "denied", str(draft)))
+    assert denied.value.filename == str(here / "a.nc")
 
 
 def test_an_interrupted_run_keeps_what_was_computed(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -8,6 +8,7 @@ from pathlib import Path
 import fmpy.ssp.ssd as fmpy_ssd
 import pytest
 import tca_cosim as tca
+from lxml import etree
 from tca_cosim.scene import ssp_writer
 
 SETS = ("fig3", "literature", "paper_literal", "measured")
@@ -57,6 +58,38 @@ def test_the_structure_is_valid_and_wired(archive: Path) -> None:
     units = {unit.name: unit for unit in described.units}
     assert set(units) == {"K", "m", "rad"}
     assert (units["m"].m, units["m"].s, units["K"].K) == (1, 0, 1)
+
+
+def test_omsimulator_finds_its_settings(archive: Path) -> None:
+    """The current release reads attributes, older ones a child; neither reads more of a component."""
+    with zipfile.ZipFile(archive) as opened:
+        root = etree.fromstring(opened.read("SystemStructure.ssd"))
+    [system, experiment] = root.findall(".//{*}SimulationInformation")
+    settings = {"name": "oms_ma_default", "method": "oms_ma", "fixedStepSize": "0.1", "relativeTolerance": "1e-06"}
+    assert dict(system.attrib) == settings
+    [older] = system
+    assert etree.QName(older).localname == "FixedStepMaster"
+    assert (older.get("stepSize"), older.get("relativeTolerance")) == ("0.1", "1e-06")
+    assert set(experiment.attrib) == {"resultFile", "loggingInterval", "bufferSize"}
+    assert root.findall(".//{*}Component/{*}Annotations") == []
+
+
+def test_tolerances_of_the_sets_are_not_looser_than_the_annotation(archive: Path) -> None:
+    with zipfile.ZipFile(archive) as opened:
+        root = etree.fromstring(opened.read("SystemStructure.ssd"))
+    tolerance = float(root.find(".//{*}SimulationInformation").get("relativeTolerance"))
+    for name in SETS:
+        own = [float(parameters(archive, name, member)["tolerance"].value) for member in ("thermal", "rod")]
+        assert min(own) == tolerance
+
+
+def test_scaled_connections_and_odd_names_come_back(tmp_path: Path) -> None:
+    """A factor is written as a linear transformation, without a second conversion of units."""
+    entry = {"from": "thermal.T[1]", "to": "rod.T[1]", "factor": 0.5, "offset": 150.0}
+    scene = {"stop_time": 1.0, "connections": [entry], "rod": {"closure": "inside"}, "thermal": {"V": [0, 1, 2]}}
+    ssp_writer.write_scene(tmp_path / "s.ssp", tca.read(scene))
+    back = tca.read(tmp_path / "s.ssp")
+    assert [(c.factor, c.offset) for c in back.connections] == [(0.5, 150.0)]
 
 
 @pytest.mark.parametrize("name", SETS)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import shutil
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from ..errors import CosimError
+from ..files import atomic_write
 from ..fmi.archive import find_fmu
 from ..scene import ssp_writer
 from .console import reported, written
@@ -30,7 +30,8 @@ def command(
             files = [find_fmu(name) for name in ("thermal.fmu", "rod.fmu")]
             folder.mkdir(parents=True, exist_ok=True)
             for path in files:
-                shutil.copy2(path, folder)
+                with atomic_write(folder / path.name) as draft:
+                    draft.write_bytes(path.read_bytes())
                 written(folder / path.name)
         if system is not None:
             ssp_writer.write(system)

@@ -16,7 +16,7 @@ OMSimulator pass them on as such; Ecos and libcosim have no enumerations and lea
 from __future__ import annotations
 
 import zipfile
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from urllib.parse import quote
 
@@ -30,7 +30,7 @@ from ..fmi.unpacking import open_archive
 from . import Member, Scene, parameter_sets, read
 from .manipulator import SSP_OUTPUTS
 
-__all__ = ["SYSTEM", "write"]
+__all__ = ["SYSTEM", "write", "write_scene"]
 
 SYSTEM = "manipulator"
 Values = list[tuple[Variable, float | int | bool | str | None]]
@@ -51,6 +51,17 @@ def write(path: Path, name: str = "step", overrides: Iterable[str] = ("rod.closu
     scene = read(name, overrides)
     sets = {set_name: read(name, (*overrides, f"parameters='{set_name}'")) for set_name in parameter_sets()}
     bound = next(set_name for set_name, other in sets.items() if _values(other) == _values(scene))
+    _write(path, scene, sets, bound)
+
+
+def write_scene(path: Path, scene: Scene) -> None:
+    """Write a scene that is read already as an archive, with its values as the one parameter set, `scene`.
+
+    Raises SceneError where a signal is not constant."""
+    _write(path, scene, {"scene": scene}, "scene")
+
+
+def _write(path: Path, scene: Scene, sets: Mapping[str, Scene], bound: str) -> None:
     with atomic_write(path) as draft, zipfile.ZipFile(draft, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("SystemStructure.ssd", _text(_structure(scene, bound)))
         for set_name, other in sets.items():
