@@ -25,6 +25,7 @@ from .cosim.topology import Connection
 from .errors import CosimError, FmuWarning, Interrupted, SceneError, SubsystemError
 from .fmi.archive import Variable
 from .fmi.isolated import IsolatedInstance
+from .fmi.log import Warned
 from .fmi.model_exchange import ModelExchangeInstance
 from .fmi.slave import Slave
 from .scene import Member, Scene
@@ -130,11 +131,18 @@ def run(scene: Scene, progress: Callable[[float], None] = lambda time: None) -> 
     with open_simulation(scene) as ready:
         try:
             result = run_to_end(ready, progress)
-        finally:
-            for slave in ready.slaves:
-                for warning in slave.warnings():
-                    warnings.warn(str(warning), FmuWarning, stacklevel=2)
+        except CosimError as error:
+            if error.partial is not None:
+                _warn(error.partial)
+            raise
+        _warn(result)
         return result
+
+
+def _warn(result: xr.Dataset) -> None:
+    """Pass on what the FMUs of a result warned of."""
+    for warning in json.loads(result.attrs["warnings"]):
+        warnings.warn(str(Warned(**warning)), FmuWarning, stacklevel=3)
 
 
 def run_to_end(ready: OpenSimulation, progress: Callable[[float], None] = lambda time: None) -> xr.Dataset:

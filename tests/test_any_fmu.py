@@ -380,6 +380,15 @@ def test_warnings_are_shown_once_each(make: Callable, scene: Callable) -> None:
     assert (warning["member"], warning["count"], warning["time"]) == ("w", 4, 0.0)
 
 
+def test_results_that_are_not_finite_are_named(make: Callable, scene: Callable) -> None:
+    fmu = make("n", [real("y"), real("z")], output="real[1] = t > 0.3 ? 0.0 / 0.0 : 1.0;")
+    with pytest.warns(FmuWarning, match=r"a: z is -?nan \(at t = 0.5 s, 3 times in all\)"):
+        tca.run(scene({"a": fmu}))
+    other = make("d", [real("u", "input", start=0.0)])
+    with pytest.raises(tca.CouplingError, match=r"a: output z is -?nan at t = 0.\d+ s"):
+        tca.run(scene({"a": fmu, "d": other}, "a.z -> d.u"))
+
+
 def test_a_run_without_warnings_is_silent(make: Callable, scene: Callable, capfd: pytest.CaptureFixture[str]) -> None:
     step = 'm->callbacks->logger(m->callbacks->componentEnvironment, NULL, fmi2OK, NULL, "all is well");'
     with warnings.catch_warnings():

@@ -120,8 +120,6 @@ def test_outputs_that_are_not_finite_are_not_passed_on(opened: Open, bad: str) -
     slave.step(0.5, 0.5)
     with pytest.raises(SubsystemError, match=r"made: output z is -?(nan|inf) at t = 1 s"):
         slave.values()
-    slave.record()
-    assert "z is" in str(slave.warnings()[0])
 
 
 def test_time_derivatives_that_are_not_finite_are_not_passed_on(opened: Open) -> None:

@@ -28,6 +28,7 @@ from .variables import TYPES, Value, Variable
 
 __all__ = ["Instance", "Value"]
 
+NO_STATE = 2**63  # more steps than any instance takes
 _CHATTER = ("logEvents", "logSingularLinearSystems", "logNonlinearSystems", "logDynamicStateSelection")  # FMI's names
 
 
@@ -79,7 +80,6 @@ class Instance:
         self.outputs = tuple(_port(name, variables[v]) for v in outputs)
         self._driven_variables = [variables[v] for v in inputs]
         self._wired_variables = [variables[v] for v in outputs]
-        self._recorded_names = tuple(recorded)
         self._driven = Group(self._driven_variables)
         self._wired = Group(self._wired_variables)
         self._recorded = Group([variables[v] for v in recorded])
@@ -87,6 +87,7 @@ class Instance:
         self._log.time = start
         self._steps = 0  # accepted since the start, less those taken back
         self._states: dict[int | None, int] = {}  # live state -> number of steps at which it was saved
+        self._oldest = NO_STATE  # the least of these numbers
         self._overwrites = True  # whether fmi2GetFMUstate writes over the handle it is given
         self._dead = ""  # why, after fmi2Fatal: nothing may be called any more
         self._initialising = False
@@ -148,15 +149,14 @@ class Instance:
 
     def values(self) -> np.ndarray:
         """Return the outputs now, a fresh array (n_y,). Raises SubsystemError where one is not finite."""
-        return self._finite(self._read(self._wired), "output")
+        values = self._read(self._wired)
+        if not math.isfinite(sum(values.tolist())):  # a fraction of numpy's time for a few numbers
+            self._require_finite(values, "output")
+        return values
 
     def record(self) -> np.ndarray:
         """Return the recorded variables now, a fresh array (n,)."""
-        values = self._read(self._recorded)
-        if not _surely_finite(values):
-            for k in np.flatnonzero(~np.isfinite(values)):
-                self._log.warn(f"{self._recorded_names[k]} is {values[k]} in the result")
-        return values
+        return self._read(self._recorded)
 
     def save(self, into: ctypes.c_void_p | None = None) -> ctypes.c_void_p:
         """Return a handle of the present state; `into` is an older handle to be written over."""
@@ -173,6 +173,7 @@ class Instance:
             self._states.pop(old, None)
             self._overwrites = False
         self._states[state.value] = self._steps
+        self._oldest = min(self._states.values())
         return state
 
     def restore(self, state: ctypes.c_void_p) -> None:
@@ -183,7 +184,10 @@ class Instance:
 
     def free(self, state: ctypes.c_void_p) -> None:
         """Release a handle."""
-        if self._fmu is not None and self._states.pop(state.value, None) is not None and not self._dead:
+        if self._fmu is None or self._states.pop(state.value, None) is None:
+            return
+        self._oldest = min(self._states.values(), default=NO_STATE)
+        if not self._dead:
             self.library.fmi2FreeFMUstate(self._component, ctypes.byref(state))
 
     def close(self) -> None:
@@ -249,19 +253,21 @@ class Instance:
             self._check(status, "setting inputs")
 
     def _read(self, group: Group) -> np.ndarray:
-        status = group.read(self.library, self._component)
+        if group.real_only and group.size:
+            status = self.library.fmi2GetReal(self._component, group.references, group.count, group.buffer)
+        else:
+            status = group.read(self.library, self._component)
         if status != fmi2.fmi2OK:
             self._check(status, "reading outputs")
         return group.values.copy()
 
-    def _finite(self, values: np.ndarray, what: str) -> np.ndarray:
-        """Return numbers of the outputs (n_y,), unless one of them is not finite."""
-        if not _surely_finite(values) and not np.isfinite(values).all():
-            bad = [f"{self.outputs[k].name} is {values[k]}" for k in np.flatnonzero(~np.isfinite(values))]
+    def _require_finite(self, values: np.ndarray, what: str) -> None:
+        """Raise SubsystemError where one of the numbers of the outputs (n_y,) is not finite."""
+        bad = [f"{self.outputs[k].name} is {values[k]}" for k in np.flatnonzero(~np.isfinite(values))]
+        if bad:
             raise SubsystemError(
                 f"{self.name}: {what} {', '.join(bad)} at t = {self._log.time:.6g} s, which is handed to no other FMU"
             )
-        return values
 
     def _require_alive(self) -> None:
         if self._dead:
@@ -283,11 +289,6 @@ class Instance:
         if status == fmi2.fmi2Fatal:
             self._dead = text = f"{text}; a fatal error, after which it cannot go on"
         raise SubsystemError(text, fatal=status == fmi2.fmi2Fatal)
-
-
-def _surely_finite(values: np.ndarray) -> bool:
-    """Tell in a fraction of numpy's time whether a few numbers are finite; False where their sum overflows."""
-    return math.isfinite(sum(values.tolist()))
 
 
 def _untyped(library: ctypes.CDLL) -> ctypes.CDLL:

@@ -26,6 +26,7 @@ class Warned:
     text: str
     count: int
     time: float  # of the first one [s]
+    level: str = "warning"
 
     def __str__(self) -> str:
         often = f", {self.count} times in all" if self.count > 1 else ""

@@ -188,7 +188,8 @@ class ModelExchangeInstance(Instance):
         rates = (-3.0 * values[0] + 4.0 * values[1] - values[2]) / (2.0 * distance)
         held = [k for k, variable in enumerate(self._wired_variables) if variable.discrete]
         rates[held] = 0.0
-        return self._finite(rates, "time derivative of")
+        self._require_finite(rates, "time derivative of")
+        return rates
 
     def tangent(self, columns: np.ndarray) -> None:
         """Return None: outputs follow the inputs' course over the step, not their values at an instant."""

@@ -38,13 +38,18 @@ class Slave(Instance):
         self._rate_columns = np.array([k for k, v in enumerate(self._wired_variables) if not v.discrete], dtype=int)
         references = [self._driven_variables[k].reference for k in self._driven_columns]
         size = len(references)
-        self._derivatives = np.zeros((MAX_DEGREE, size))
-        self._derivative_buffer = (fmi2.fmi2Real * (MAX_DEGREE * size)).from_buffer(self._derivatives)
+        self._all_continuous = size == self._driven.size
+        # The polynomials of the continuous inputs, row by row: values, then derivatives.
+        self._polynomials = np.zeros((MAX_DEGREE + 1, size))
+        self._value_buffer = (fmi2.fmi2Real * size).from_buffer(self._polynomials)
+        self._derivative_buffer = (fmi2.fmi2Real * (MAX_DEGREE * size)).from_buffer(self._polynomials, 8 * size)
         self._derivative_references = (fmi2.fmi2ValueReference * (MAX_DEGREE * size))(*references * MAX_DEGREE)
         self._derivative_orders = (fmi2.fmi2Integer * (MAX_DEGREE * size))(
             *(order for order in range(1, MAX_DEGREE + 1) for _ in range(size))
         )
         self._derivative_counts = [ctypes.c_size_t(degree * size) for degree in range(MAX_DEGREE + 1)]
+        self._row_bytes = 8 * self._driven.size
+        self._zero_row = bytes(self._row_bytes)
         rated = self._rate_columns.size
         self._rates = np.zeros(rated)
         self._rate_buffer = (fmi2.fmi2Real * rated).from_buffer(self._rates)
@@ -79,7 +84,7 @@ class Slave(Instance):
         if not self.takes_polynomials or not self._driven_columns.size:
             return order if self.takes_polynomials else 0
         before = self.save() if self.can_rollback else None
-        self._derivatives[:] = 0.0
+        self._polynomials[1:] = 0.0
         for accepted in range(order, 0, -1):
             status = self.library.fmi2SetRealInputDerivatives(
                 self._component,
@@ -121,18 +126,24 @@ class Slave(Instance):
         if sent == self._held:
             return
         self._held = None
-        self._write_inputs(polynomials[0])
-        degree = next((row for row in range(self._accepted, 0, -1) if polynomials[row].any()), 0)
+        if self._all_continuous:
+            self._polynomials[:] = polynomials
+            status = self.library.fmi2SetReal(
+                self._component, self._driven.references, self._driven.count, self._value_buffer
+            )
+            if status != fmi2.fmi2OK:
+                self._check(status, "setting inputs")
+        else:
+            self._polynomials[:] = polynomials[:, self._driven_columns]
+            self._write_inputs(polynomials[0])
+        degree, row = self._accepted, self._row_bytes
+        while degree and sent[degree * row : (degree + 1) * row] == self._zero_row:
+            degree -= 1
         self._degree = max(self._degree, degree)
         if self._degree and self.takes_polynomials and self._driven_columns.size:
-            self._derivatives[:] = polynomials[1:] if self._all_continuous else polynomials[1:, self._driven_columns]
             self._set_derivatives()
         if not degree:
             self._held = sent
-
-    @property
-    def _all_continuous(self) -> bool:
-        return self._driven_columns.size == self._driven.size
 
     def restore(self, state: ctypes.c_void_p) -> None:
         """Go back to a saved state; the handle stays valid."""
@@ -170,11 +181,10 @@ class Slave(Instance):
         if self._length is not None:
             self._require_length(length)
         self._log.time = time
-        if self._steps in self._ended:
+        if self._ended and self._steps in self._ended:
             raise TerminationRequest(self._ended[self._steps], time)
-        no_state_before = not self._states or min(self._states.values()) >= self._steps
         status = self.library.fmi2DoStep(
-            self._component, ctypes.c_double(time), ctypes.c_double(length), int(no_state_before)
+            self._component, ctypes.c_double(time), ctypes.c_double(length), int(self._oldest >= self._steps)
         )
         if status <= fmi2.fmi2Warning:
             self._steps += 1
@@ -230,14 +240,18 @@ class Slave(Instance):
             status = self.library.fmi2GetRealOutputDerivatives(
                 self._component, self._rate_references, self._rate_count, self._rate_orders, self._rate_buffer
             )
-            self._check(
-                status, "output derivatives (without them exchange and waveform can be held, linear or quadratic)"
-            )
+            if status != fmi2.fmi2OK:
+                self._check(
+                    status, "output derivatives (without them exchange and waveform can be held, linear or quadratic)"
+                )
         if self._rate_columns.size == self._wired.size:
-            return self._finite(self._rates.copy(), "time derivative of")
-        rates = np.zeros(self._wired.size)
-        rates[self._rate_columns] = self._rates
-        return self._finite(rates, "time derivative of")
+            rates = self._rates.copy()
+        else:
+            rates = np.zeros(self._wired.size)
+            rates[self._rate_columns] = self._rates
+        if not math.isfinite(sum(rates.tolist())):
+            self._require_finite(rates, "time derivative of")
+        return rates
 
     def tangent(self, columns: np.ndarray) -> np.ndarray | None:
         """Return the derivatives (n_y, n) of the outputs now by the inputs of these columns (n,).
@@ -264,5 +278,5 @@ class Slave(Instance):
             )
             self._check(status, f"derivatives by {variable.name}")
             tangent[self._rate_columns, k] = self._rates
-            self._finite(tangent[:, k], f"derivative by {variable.name} of")
+            self._require_finite(tangent[:, k], f"derivative by {variable.name} of")
         return tangent

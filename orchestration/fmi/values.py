@@ -59,10 +59,7 @@ class Group:
 
     def read(self, library: Any, component: ctypes.c_void_p) -> int:
         """Fill `values` from the FMU; the worst status."""
-        if self.real_only:
-            status = library.fmi2GetReal(component, self.references, self.count, self.buffer) if self.size else 0
-            return int(status)
-        return max(part.read(library, component, self.values) for part in self._parts)
+        return max((part.read(library, component, self.values) for part in self._parts), default=fmi2.fmi2OK)
 
     def write(self, library: Any, component: ctypes.c_void_p, values: np.ndarray) -> int:
         """Set the variables to values (size,); the worst status."""

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import json
 import platform
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
@@ -62,19 +62,29 @@ def collect(
     status
         'complete', or why the run ended early.
     warnings
-        What the FMUs warned of; kept as the attribute `warnings` (JSON).
+        What the FMUs warned of; kept as the attribute `warnings` (JSON), with the values that are not finite.
     """
     times = np.array([scene.start_time, *(log.time for log in logs)])
+    warned = list(warnings)
     content: dict[str, Any] = {}  # at once, since a Dataset that grows aligns everything anew with every variable
     for name, variables in recorded.items():
         rows = np.array([first[name], *(log.record[name] for log in logs)])
         content |= arrays(name, variables, rows)
+        warned += _not_finite(name, variables, times, rows)
     for key, column in _log_columns(logs).items():
         unit, text = _LOG[key]
         content[f"coupling.{key}"] = ("time", column, {"units": unit, "long_name": text})
     coordinates = {"time": ("time", times, {"units": "s", "long_name": "time"})}
-    warned = json.dumps([asdict(warning) for warning in warnings])
-    return xr.Dataset(content, coordinates | _indices(content), {**scene_record(scene, status), "warnings": warned})
+    attributes = {**scene_record(scene, status), "warnings": json.dumps([asdict(warning) for warning in warned])}
+    return xr.Dataset(content, coordinates | _indices(content), attributes)
+
+
+def _not_finite(member: str, variables: Sequence[Variable], times: np.ndarray, rows: np.ndarray) -> Iterator[Warned]:
+    """Yield a warning for each variable with values that are not finite."""
+    bad = ~np.isfinite(rows)
+    for k in np.flatnonzero(bad.any(axis=0)).tolist():
+        first = int(bad[:, k].argmax())
+        yield Warned(member, f"{variables[k].name} is {rows[first, k]}", int(bad[:, k].sum()), float(times[first]))
 
 
 def arrays(member: str, variables: Sequence[Variable], rows: np.ndarray) -> dict[str, Any]:
