@@ -21,8 +21,8 @@ nitpicky = False
 myst_enable_extensions = ["dollarmath", "attrs_inline", "colon_fence"]
 myst_heading_anchors = 4
 
-# Pages with {code-cell} blocks run whenever the site is built: a cache would keep results of older code. A cell that fails
-# fails the build.
+# Pages with {code-cell} blocks run at every build: a cache would keep results of older code. A cell that fails fails
+# the build.
 nb_execution_mode = "force"
 nb_execution_raise_on_error = True
 nb_execution_in_temp = True
