@@ -130,6 +130,8 @@ MISTAKES: dict[str, tuple[Sequence[str], Sequence[str]]] = {
     "result with overrides": (["report", "--from", "data.csv", "--set", "rod.order=2"], ["cannot be changed"]),
     "name of a file with a slash": (["run", "good.toml", "--name", "a/b"], ["--name 'a/b': not the name of a file"]),
     "export of nothing": (["export"], ["--ssp FILE.ssp"]),
+    "export of a scene to nowhere": (["export", "there", "--scene", "step"], ["add --ssp FILE.ssp"]),
+    "export of a varying input": (["export", "--ssp", "x.ssp", "--scene", "sine"], ["varies in time", "constants"]),
     "new over an older file": (["new", "good.toml"], ["exists already; give another name"]),
     "new with another ending": (["new", "mine.txt"], ["give mine.toml"]),
     "key to explain misspelt": (["explain", "thermal.VV"], ["no such key", "did you mean 'thermal.V"]),
@@ -205,6 +207,7 @@ REMEDIES = {
         "rod.body.profile=given", "rod.body.stiffness=[1e-5, 1e-5, 1e-5, 1, 1, 3]"
     ),
     "new mine.txt": ["new", "mine.toml"],
+    "export there --scene good.toml": ["export", "--ssp", "x.ssp", "--scene", "good.toml", "--set", "thermal.V=1"],
     "explain V": ["explain", "thermal.V"],
 }
 

@@ -205,6 +205,41 @@ def test_slips_are_refused(slip: str, tmp_path: Path) -> None:
         assert "mine.toml" in str(caught.value) or "unknown" in slip
 
 
+@pytest.mark.parametrize(
+    ("name", "content"),
+    [
+        ("bom.toml", b"\xef\xbb\xbf" + GOOD.encode()),
+        ("crlf.toml", GOOD.replace("\n", "\r\n").encode()),
+        ("UPPER.TOML", GOOD.encode()),
+        ("größe 測試/scène one.toml", GOOD.encode()),
+    ],
+)
+def test_files_of_any_editor_and_place_are_read(name: str, content: bytes, tmp_path: Path) -> None:
+    path = tmp_path / name
+    path.parent.mkdir(exist_ok=True)
+    path.write_bytes(content)
+    assert tca.read(path).stop_time == 30.0
+    path.write_bytes(content.replace(b"1.5 V", b"1.5 mm"))
+    with pytest.raises(tca.SceneError, match=r":4: thermal\.V\[2\] = '1\.5 mm'"):
+        tca.read(path)
+
+
+def test_the_body_is_given_once_for_both_fmus(tmp_path: Path) -> None:
+    text = GOOD.replace(
+        "[thermal]", '[body]\nlength = "60 mm"\n[tca]\nazimuth = ["0 deg", "90 deg", "180 deg"]\n[thermal]'
+    )
+    scene = tca.read(written(tmp_path, text), {"body.radius": "6mm"})
+    for name in ("thermal", "rod"):
+        member = scene.member(name)
+        assert member.value("body.length") == pytest.approx(0.06)
+        assert member.value("body.radius") == pytest.approx(0.006)
+        assert member.reals("tca.azimuth") == pytest.approx((0.0, 1.5707963267948966, 3.141592653589793))
+    with pytest.raises(tca.SceneError, match=r"rod\.body\.length = 0\.07 m, but thermal\.body\.length = 0\.06 m"):
+        tca.read(written(tmp_path, text.replace("[rod]", "[rod]\nbody.length = 0.07")))
+    with pytest.raises(tca.SceneError, match=r"no FMU has it; did you mean 'tca\.azimuth'"):
+        tca.read(written(tmp_path, text.replace("azimuth", "azimut")))
+
+
 def test_a_slip_is_named_with_its_line(tmp_path: Path) -> None:
     with pytest.raises(tca.SceneError, match=r"mine\.toml:4: thermal\.V\[2\] = '1\.5 mm'"):
         tca.read(written(tmp_path, GOOD.replace("1.5 V", "1.5 mm")))
