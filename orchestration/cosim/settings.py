@@ -71,7 +71,7 @@ class Coupling:
 
     @cached_property
     def loop_method(self) -> Method | None:
-        """Method that solves loops; None: explicit coupling, one sweep."""
+        """Method that solves loops, None for explicit coupling with one sweep."""
         return None if self.method == "none" else create(self.method, self.omega)
 
     @cached_property
