@@ -13,6 +13,7 @@ import tca_cosim as tca
 import xarray as xr
 from tca_cosim import results
 from tca_cosim.results.comparison import compare
+from tca_cosim.results.dataset import describe_vector
 
 
 @pytest.fixture(scope="module")
@@ -131,3 +132,24 @@ def test_comparison_needs_memory_for_the_rows_alone() -> None:
 def test_angles_differ_modulo_a_turn() -> None:
     a, b = (rows(np.array([0.0]), np.array([value]), "rad") for value in (3.1, -3.1))
     assert compare(a, b)[0].most == pytest.approx(2 * np.pi - 6.2)
+
+
+@pytest.mark.parametrize(
+    ("texts", "combined"),
+    [
+        (["tip position, x", "tip position, y", "tip position, z"], "tip position, x, y, z"),
+        (["gravity along x", "gravity along y", "gravity along z"], "gravity along x, y, z"),
+        (["a of the tip", "b of the tip"], "a, b of the tip"),
+        (["voltage"] * 3, "voltage"),
+        (["mass", "stiffness"], "mass"),
+        ([f"mode {k} of 9" for k in range(9)], "mode of 9"),
+    ],
+)
+def test_the_description_of_a_vector_is_that_of_all_elements(texts: list[str], combined: str) -> None:
+    assert describe_vector(texts) == combined
+
+
+def test_long_names_of_vectors_name_no_single_element() -> None:
+    computed = tca.run(tca.read("step", ["stop_time=0.2"]))
+    assert computed["rod.tip.p"].attrs["long_name"] == "tip position, x, y, z"
+    assert computed["rod.shape.p"].attrs["long_name"].endswith("x, y, z")

@@ -172,7 +172,8 @@ def test_the_shipped_sweep_is_as_exact_as_it_says() -> None:
 def test_the_figure_shows_every_output(swept: tuple[sweep.SweepPlan, xr.Dataset, Path]) -> None:
     _, data, folder = swept
     figure = chart.draw(data)
-    assert [axes.get_ylabel() for axes in figure.axes[::2]] == ["thermal.T [K]", "rod.tip.p [m]"]
+    assert [axes.get_ylabel() for axes in figure.axes[::2]] == ["thermal.T [°C]", "rod.tip.p [mm]"]
+    assert [text.get_text() for text in figure.axes[2].get_legend().get_texts()] == ["x", "y", "z"]
     assert [label.get_text() for label in figure.axes[1].get_yticklabels()] == ["thermal.h", "rod.body.E"]
     for path in save_figure(figure, folder, "mine"):
         assert path.stat().st_size > 10_000

@@ -27,7 +27,7 @@ from ..fmi.values import text_of
 from ..fmi.vectors import find_vectors
 from ..scene import Member, Scene
 
-__all__ = ["arrays", "collect", "scalars", "scene_record", "versions"]
+__all__ = ["arrays", "collect", "describe_vector", "scalars", "scene_record", "versions"]
 
 _LOG = {
     "step": ("s", "length of the macro step that ended here"),
@@ -36,6 +36,7 @@ _LOG = {
     "error": ("1", "estimated coupling error, share of the nominals"),
     "gain": ("1", "estimated loop gain: spectral radius of one sweep's error map; nan where nothing is known of it"),
 }
+_MAX_LISTED = 4  # elements whose own words a description lists
 _DTYPES = {"Real": float, "Integer": np.int32, "Enumeration": np.int32, "Boolean": bool}
 
 
@@ -110,12 +111,35 @@ def arrays(member: str, variables: Sequence[Variable], rows: np.ndarray) -> dict
         if base == variable.name:
             dims: tuple[str, ...] = ("time",)
             values = rows[:, columns[base]]
+            description = variable.description
         else:
             vector = vectors[base]
             dims = ("time", *(_dimension(n, first) for n, first in zip(vector.shape, vector.first, strict=True)))
             values = rows[:, [columns[name] for name in vector.elements]].reshape(len(rows), *vector.shape)
-        content[f"{member}.{base}"] = (dims, _typed(values, variable), _attributes(variable))
+            description = describe_vector([variables[columns[name]].description for name in vector.elements])
+        attributes = _attributes(variable) | {"long_name": description}
+        content[f"{member}.{base}"] = (dims, _typed(values, variable), attributes)
     return content
+
+
+def describe_vector(descriptions: Sequence[str]) -> str:
+    """Combine the descriptions of a vector's elements: "force along x", "force along y" to "force along x, y".
+
+    The words that all have in common stand once, the others as a list, or not at all where there are more than four.
+    """
+    texts = [text.split(" ") for text in dict.fromkeys(descriptions)]
+    if len(texts) == 1:
+        return descriptions[0]
+    shortest = min(map(len, texts))
+    head = next((k for k in range(shortest) if len({words[k] for words in texts}) > 1), shortest)
+    tail = next((k for k in range(shortest - head) if len({words[-1 - k] for words in texts}) > 1), shortest - head)
+    own = list(dict.fromkeys(" ".join(words[head : len(words) - tail]) for words in texts))
+    common = [
+        *texts[0][:head],
+        *([", ".join(own)] if len(own) <= _MAX_LISTED else []),
+        *texts[0][len(texts[0]) - tail :],
+    ]
+    return " ".join(common) if head + tail else descriptions[0]
 
 
 def _dimension(size: int, first: int) -> str:

@@ -7,6 +7,8 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from ...plotting import display_unit, element_labels, grid, series_colour
+
 __all__ = ["draw", "outputs"]
 
 MOST_CURVES = 6  # largest number of elements of an output that one panel shows
@@ -23,7 +25,7 @@ def draw(dataset: xr.Dataset) -> Figure:
     """Draw the dataset of run_sweep()."""
     names, _ = outputs(dataset)
     rows = max(1, len(names))
-    figure = Figure(figsize=(11.0, 3.0 * rows + 0.6), layout="constrained")
+    figure = Figure(figsize=(9.6, 3.0 * rows + 0.6), layout="constrained")
     axes = figure.subplots(rows, 2, squeeze=False, width_ratios=(3, 2))
     for panel in axes.flat:
         panel.set_visible(bool(names))
@@ -47,23 +49,21 @@ def _flat(dataset: xr.Dataset, name: str) -> np.ndarray:
     return array.reshape(*array.shape[:2], -1)
 
 
-def _label(name: str, count: int, k: int) -> str:
-    return f"{name}[{k + 1}]" if count > 1 else name
-
-
 def _bands(axes: Axes, dataset: xr.Dataset, name: str) -> None:
     curves = _flat(dataset, f"{name}.quantile")
     time, count, half = dataset["time"].to_numpy(), curves.shape[2], len(curves) // 2
+    unit, labels = display_unit(dataset[name].attrs["units"]), element_labels(name, count)
+    curves = unit.convert(curves)
     for k in range(count):
         for low, high in zip(curves[:half], curves[::-1][:half], strict=True):
-            axes.fill_between(time, low[:, k], high[:, k], color=f"C{k}", alpha=0.5 / half, linewidth=0.0)
+            axes.fill_between(time, low[:, k], high[:, k], color=series_colour(k), alpha=0.5 / half, linewidth=0.0)
         if len(curves) % 2:
-            axes.plot(time, curves[half, :, k], color=f"C{k}", linewidth=1.5, label=_label(name, count, k))
-    axes.set_ylabel(f"{name} [{dataset[name].attrs['units']}]")
+            axes.plot(time, curves[half, :, k], color=series_colour(k), linewidth=1.5, label=labels[k])
+    axes.set_ylabel(f"{name} [{unit.name}]")
     axes.margins(x=0.0)
-    axes.grid(alpha=0.3)
-    if len(curves) % 2:
-        axes.legend(fontsize=8, loc="best")
+    grid(axes)
+    if len(curves) % 2 and count > 1:
+        axes.legend(fontsize=9, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, frameon=False)
 
 
 def _sensitivities(axes: Axes, dataset: xr.Dataset, name: str) -> None:
@@ -76,10 +76,10 @@ def _sensitivities(axes: Axes, dataset: xr.Dataset, name: str) -> None:
         height = 0.8 / bars.shape[1]
         for k in range(bars.shape[1]):
             positions = np.arange(len(parameters)) - 0.4 + (k + 0.5) * height
-            axes.barh(positions, np.nan_to_num(bars[:, k]), height, color=f"C{k}", alpha=alpha)
-    axes.set_yticks(range(len(parameters)), parameters, fontsize=8)
+            axes.barh(positions, np.nan_to_num(bars[:, k]), height, color=series_colour(k), alpha=alpha)
+    axes.set_yticks(range(len(parameters)), parameters, fontsize=9)
     axes.invert_yaxis()
     axes.set_xlim(*((0.0, 1.05) if known else (-1.0, 1.0)))
     axes.axvline(0.0, color="black", linewidth=0.8)
-    axes.set_xlabel("Sobol' index, first order in total order" if known else "rank correlation", fontsize=9)
-    axes.grid(alpha=0.3, axis="x")
+    axes.set_xlabel("Sobol' index, first order in total order" if known else "rank correlation", fontsize=10)
+    grid(axes)

@@ -20,6 +20,7 @@ from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
 
 from ...errors import SceneError, SubsystemError
+from ...results.dataset import describe_vector
 from ...scene import Member, Scene
 from ...scene.manipulator import ROD, THERMAL
 from .dynamics import DynamicRod
@@ -298,8 +299,10 @@ def _dynamic(
 def _add(dataset: xr.Dataset, owner: Member, rows: dict[str, np.ndarray]) -> None:
     """Add time courses (time,) or (time, n) by name of an output, with units and texts from the FMU's description."""
     for name, values in rows.items():
-        variable = owner.archive.variables[owner.archive.vectors.get(name, (name,))[0]]
-        attributes = {"units": variable.unit, "long_name": variable.description, "causality": variable.causality}
+        elements = owner.archive.vectors.get(name, (name,))
+        variable = owner.archive.variables[elements[0]]
+        text = describe_vector([owner.archive.variables[element].description for element in elements])
+        attributes = {"units": variable.unit, "long_name": text, "causality": variable.causality}
         dims = ("time", *(f"index{n}" for n in values.shape[1:]))
         dataset[f"{owner.name}.{name}"] = (dims, values, attributes)
 
