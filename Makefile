@@ -3,7 +3,7 @@
 # make test     all C++ and Python tests, formatters, linters
 # make fmus     fmus/thermal.fmu and fmus/rod.fmu
 # make portable both with binaries for Windows as well, and in build/wheel/ a wheel with them, which needs no compiler
-# make charts   docs/figures/convergence.png, chart_step.png, chart_drop.png, chart_tap.png: how the models converge, what accuracy costs
+# make charts   docs/figures/convergence.png, chart_SCENE_PANEL.png: how the models converge, what accuracy costs
 # make reference  docs/reference.md: every command, key and variable
 # make docs     build/site/index.html: the documentation; warnings are errors, no network at build or view time
 # make format   formats everything

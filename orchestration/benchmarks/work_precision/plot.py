@@ -34,7 +34,8 @@ def draw(dataset: xr.Dataset, panel: str) -> Figure:
     here = dataset.isel(point=np.flatnonzero(dataset["panel"] == panel))
     names = list(dict.fromkeys(here["series"].to_numpy().tolist()))
     figure = Figure(figsize=(9.0, 5.6), layout="constrained")
-    both = figure.subplots(1, 2, sharex=True, squeeze=False)[0]
+    inside = figure.subfigures(1, 1, squeeze=False)[0, 0]  # its legend then stands below the title
+    both = inside.subplots(1, 2, sharex=True, squeeze=False)[0]
     edge = _limits(dataset, both[0])
     for axes, cost in zip(both, ("time", "work"), strict=True):
         _frame(axes, dataset, cost, edge)
@@ -45,8 +46,8 @@ def draw(dataset: xr.Dataset, panel: str) -> Figure:
     both[0].set_title("CPU time of a warm run [s]", fontsize=11, loc="left")
     both[1].set_title("evaluations of the rod's equations [1]", fontsize=11, loc="left")
     handles = [_key(k, name) for k, name in enumerate(names)]
-    figure.legend(handles=handles, loc="outside upper center", ncols=min(4, len(names)), frameon=False)
-    figure.supxlabel(_wrapped(_note(dataset), 125), fontsize=9, x=0.01, ha="left")
+    inside.legend(handles=handles, loc="outside upper center", ncols=min(4, len(names)), frameon=False)
+    figure.supxlabel(_wrapped(_note(dataset), 115), fontsize=9, x=0.01, ha="left")
     figure.suptitle(_wrapped(f"{dataset.attrs['title']}: {title}", 80), fontsize=13)
     return figure
 
