@@ -5,6 +5,10 @@ from __future__ import annotations
 import codecs
 import csv
 import json
+import os
+import re
+import subprocess
+import sys
 import warnings
 import zipfile
 from collections.abc import Callable
@@ -17,11 +21,13 @@ import tca_cosim as tca
 import xarray as xr
 from fmu_maker import boolean, enumeration, integer, make_fmu, real, string
 from tca_cosim import results
+from tca_cosim.cli import app
 from tca_cosim.errors import FmuWarning
 from tca_cosim.fmi.archive import Archive, cached_archive
 from tca_cosim.scene import read
 from tca_cosim.verification import reference
 from tca_cosim.verification.monolith.integration import solve_monolith
+from typer.testing import CliRunner
 
 HELD = {"exchange": "held", "waveform": "held"}
 COUNTER = {
@@ -378,6 +384,33 @@ def test_warnings_are_shown_once_each(make: Callable, scene: Callable) -> None:
     assert len(caught) == 1
     [warning] = json.loads(result.attrs["warnings"])
     assert (warning["member"], warning["count"], warning["time"]) == ("w", 4, 0.0)
+
+
+def test_the_command_line_shows_warnings_and_who_ended_the_run(
+    make: Callable, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    step = 'LOG(fmi2Warning, "careful in step %d", m->steps); ' + ENDING.format(end=0.45, reached=0.45)
+    make("w", [real("y")], step=step)
+    (tmp_path / "s.toml").write_text("stop_time = 1\nconnections = []\n[fmus]\nw = 'w.fmu'\n")
+    shown = CliRunner().invoke(app, ["run", "s.toml"]).output
+    assert shown.count("warning: ") == 1
+    assert re.search(r"warning: w: careful in step 0 \(at t = 0 s, \d+ times in all\)", shown)
+    assert "w ended the simulation at t = 0.45 s: careful in step 5; the model ends" in shown
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "locale", [{"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}, {"PYTHONIOENCODING": "ascii"}]
+)
+def test_files_of_any_name_in_any_locale(make: Callable, tmp_path: Path, locale: dict[str, str]) -> None:
+    make("mödel", [real("y")], output="real[0] = t;")
+    text = 'title = "Täst"\nstop_time = 1\nconnections = []\n[fmus]\na = "mödel.fmu"\n'
+    (tmp_path / "scène.toml").write_text(text, encoding="utf-8")
+    command = [sys.executable, "-c", "from tca_cosim.cli import app; app()", "run", "scène.toml", "--out", "rés ült"]
+    done = subprocess.run(command, cwd=tmp_path, env={**os.environ, **locale}, capture_output=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert results.read(tmp_path / "rés ült" / "scène.nc")["a.y"][-1] == 1.0
 
 
 def test_results_that_are_not_finite_are_named(make: Callable, scene: Callable) -> None:

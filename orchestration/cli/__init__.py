@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Callable
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -32,10 +32,18 @@ from . import (
     verify,
 )
 from .console import out, reported
+from .encoding import require_utf8
 
 __all__ = ["app"]
 
-app = typer.Typer(
+
+class _App(typer.Typer):
+    def __call__(self, *args: Any, **kwargs: Any) -> Any:
+        require_utf8()
+        return super().__call__(*args, **kwargs)
+
+
+app = _App(
     rich_markup_mode="markdown",
     no_args_is_help=True,
     add_completion=False,

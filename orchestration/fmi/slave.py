@@ -190,6 +190,7 @@ class Slave(Instance):
             self._steps += 1
             if status:
                 self._check(status, "fmi2DoStep")
+            self._log.messages.clear()  # they explain no later failure
             self._log.time = time + length
             return
         what = f"step from t = {time:.6g} s by {length:.3g} s"
