@@ -181,6 +181,17 @@ def test_discrete_inputs_follow_steps(tmp_path: Path) -> None:
             read({**described, "b": {value: raw}}, (), cached_archive)
 
 
+def test_start_values_of_states_are_set(tmp_path: Path) -> None:
+    states = [real("x", "output", start=1, initial="exact"), real("v", "local", start=0, initial="exact")]
+    variables = [*states, real("k", "local", variability="constant", start=2), real("y")]
+    file = make_fmu(tmp_path / "a.fmu", variables, output="real[3] = real[0] + 10 * real[1];")
+    described = {"stop_time": 0.1, "connections": [], "fmus": {"a": str(file)}}
+    assert tca.run({**described, "a": {"x": 2.0, "v": 3.0}})["a.y"][0] == 32.0
+    for name, causality in {"k": "local", "y": "output"}.items():
+        with pytest.raises(tca.SceneError, match=f"a.{name} = 1: is {causality}; only parameters, inputs and start"):
+            tca.read({**described, "a": {name: 1}})
+
+
 def test_tables_say_what_a_text_cannot(tmp_path: Path) -> None:
     source(tmp_path / "a.fmu")
     target(tmp_path / "b.fmu")

@@ -93,7 +93,9 @@ def _member(name: str, archive: Archive, layers: Sequence[Layer]) -> Member:
                 if variable.causality == "input" and driven:
                     signals[full] = validation.signal(layer, label, element, variable)
                     parameters.pop(full, None)
-                elif variable.causality in ("parameter", "input"):  # inputs of other types may be constant
+                elif variable.causality in ("parameter", "input") or _has_start(
+                    variable
+                ):  # inputs of other types may be constant
                     parameters[full] = validation.scalar(layer, label, element, variable)
                     signals.pop(full, None)
                 else:
@@ -131,8 +133,14 @@ def _flattened(layer: Layer, key: str, raw: Any, shape: tuple[int, ...]) -> list
     return list(array.flat)
 
 
+def _has_start(variable: Variable) -> bool:
+    """Whether the start value of an output or local variable, such as a state, can be set before initialisation."""
+    changeable = variable.causality in ("output", "local") and variable.variability not in ("constant", "fixed")
+    return changeable and variable.start is not None
+
+
 def _not_settable(variable: Variable) -> str:
-    return f"is {variable.causality}; only parameters and inputs can be set"
+    return f"is {variable.causality}; only parameters, inputs and start values can be set"
 
 
 def _elements(layer: Layer, member: str, key: str, raw: Any, archive: Archive) -> list[tuple[str, Any]]:
