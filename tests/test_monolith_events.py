@@ -127,3 +127,37 @@ def test_modes_without_directional_derivatives(tmp_path: Path) -> None:
     assert moved.offsets["mass"] == pytest.approx(0.2, rel=1e-6)
     assert moved.offsets["mass"] > AT_REST
     assert "mass is not at equilibrium (about 0.2 nominals" in moved.remarks[0]
+
+
+LEAK = [real("u", "input", start=0.0), real("x", "output", start=1.0, initial="exact"), real("der(x)", "local")]
+FAULTS: dict[str, dict[str, object]] = {
+    "no outputs": {"variables": [real("u", "input", start=0.0)], "states": {}},
+    "no variables": {"variables": [], "states": {}},
+    "a rate that is not finite": {"output": "real[2] = t > 0.2 ? NAN : -real[1];"},
+    "a rate that grows beyond all numbers": {"output": "real[2] = 1e6 * real[1] * real[1];"},
+    "an indicator that is not finite": {"output": "real[2] = -real[1]; indicator[0] = NAN;", "indicators": 1},
+    "a time event in the past": {"event": "m->next_event = m->time - 1.0;"},
+    "a time event now, again and again": {"event": "m->next_event = m->time;"},
+    "a time event that is not a number": {"event": "m->next_event = NAN;"},
+    "a state that is not finite after an event": {"event": "if (t > 0.1) real[1] = INFINITY; m->next_event = 0.2;"},
+    "no derivative attribute": {"xml": lambda text: text.replace(' derivative="2"', "")},
+    "a nominal of zero": {"xml": lambda text: text.replace('start="1.0"', 'start="1.0" nominal="0"')},
+    "more derivatives than there are": {
+        "xml": lambda text: text.replace('<Unknown index="3"/>', '<Unknown index="9"/>')
+    },
+    "refused initialisation": {"enter": "return fmi2Error;"},
+    "refused instance": {"instantiate": "return NULL;"},
+}
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_any_fault_is_a_message_and_no_traceback(fault: str, tmp_path: Path) -> None:
+    how = {"output": "real[2] = -real[1];", "states": {"x": "der(x)"}, "model_exchange": {}, **FAULTS[fault]}
+    make_fmu(tmp_path / "leak.fmu", how.pop("variables", LEAK), **how)
+    text = "stop_time = 0.5\ncoupling.macro_step = 0.25\nconnections = []"
+    for solve in (monolith.solve_monolith, monolith.natural_modes):
+        try:
+            solve(scene(tmp_path, text, "leak"))
+        except CosimError as error:
+            assert "leak" in str(error) or "system" in str(error) or "monolith" in str(error)  # noqa: PT017
+            assert len(str(error)) > 20  # noqa: PT017

@@ -29,6 +29,7 @@ __all__ = ["Point", "integrate", "monolith_result", "solve_monolith", "trajector
 
 _MOST_STEPS = 1_000_000  # of the integrator, between two outputs: a bound on the time of a stiff or wild system
 _MOST_EVENTS = 10_000  # between two outputs, above which events are taken to accumulate (Zeno)
+_MOST_WILD = 100  # evaluations without finite rates, which shorter steps may avoid, before a run is given up
 _CLOSE = 1e-7  # share of the time between two outputs: events that follow each other faster are close
 _MOST_CLOSE = 5  # close events in a row, after which events are taken to accumulate
 _SAME = 1e-9  # share of a step below which two times are the same
@@ -144,6 +145,7 @@ class _Integration:
     ) -> None:
         self.time = interval[0]
         self._ending = ""  # name of the part that wishes to end
+        self._wild = 0  # evaluations of rates that were not finite
         self._system, self._interval, self._states = system, interval, states
         self._tolerance, self._scale = tolerance, scale
         self._start(self.time)
@@ -194,12 +196,24 @@ class _Integration:
                 return
             system.set_state(t, y, self._interval)
             rates[:] = system.rates()
+            self._refuse_wild(t, rates)
 
         scale = np.ones(1) if self._dummy else self._tolerance * self._scale
         self._solver = CVODE(
             slope, method="BDF", rtol=self._tolerance, atol=scale, max_num_steps=_MOST_STEPS, **options
         )
         self._solver.init_step(time, np.zeros(1) if self._dummy else self._states)
+
+    def _refuse_wild(self, time: float, rates: np.ndarray) -> None:
+        """Raise SubsystemError where rates stay without finite values though CVODE shortens its steps."""
+        if np.isfinite(rates).all():
+            return
+        self._wild += 1
+        if self._wild > _MOST_WILD:
+            raise SubsystemError(
+                f"monolith: the derivatives of {', '.join(self._system.parts)} are not finite from t = {time:.9g} s on; "
+                "end the run before, or mend the FMU"
+            )
 
     def _integrate(self, target: float) -> bool:
         """Go on to `target` [s], or to a state or step event before it; whether there is one."""
