@@ -229,7 +229,7 @@ def _rms(values: np.ndarray) -> float:
 
 
 def _percent(share: float) -> str:
-    return f"{100.0 * share:.2g} %"
+    return f"{100.0 * share:.2g} %" if math.isfinite(share) else "an infinite share"
 
 
 def _order(order: float) -> str:

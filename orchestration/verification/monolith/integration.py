@@ -211,8 +211,8 @@ class _Integration:
         self._wild += 1
         if self._wild > _MOST_WILD:
             raise SubsystemError(
-                f"monolith: the derivatives of {', '.join(self._system.parts)} are not finite from t = {time:.9g} s on; "
-                "end the run before, or mend the FMU"
+                f"monolith: the derivatives of {', '.join(self._system.parts)} are not finite from t = {time:.9g} s "
+                "on; end the run before, or mend the FMU"
             )
 
     def _integrate(self, target: float) -> bool:
