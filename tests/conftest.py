@@ -29,6 +29,7 @@ SLOW = {
     "test_reference",
     "test_report",
     "test_rod",
+    "test_scene_properties",
     "test_select",
     "test_ssp",
     "test_stability",
