@@ -60,14 +60,14 @@ class Coupling:
     )
     method: str = setting("iqn", "how a loop is solved; none: explicit, one sweep", choices=("none", *ACCELERATIONS))
     omega: float = setting(0.25, "relaxation of the first sweeps, or of all where `method` is relaxed", "1", 1e-3, 2.0)
-    exchange: str = setting("hermite", "course of inputs known at both ends of a step", choices=tuple(EXTRAPOLATIONS))
-    waveform: str = setting("linear", "course of inputs that a loop iterates", choices=tuple(EXTRAPOLATIONS))
-    tolerance: float = setting(1e-6, "of the estimated coupling error, share of the nominals", "1", 1e-14, 1.0)
-    max_sweeps: int = setting(30, "sweeps of a loop before its step fails", least=2, most=1000)
-    halvings: int = setting(6, "of a macro step that fails, before the run does", least=0, most=30)
-    reach: float = setting(10.0, "how far a guess may go from the start of a step, in nominals", "1", 1e-3)
-    control: str = setting("fixed", "length of macro steps", choices=("fixed", "doubling", "embedded"))
-    step_tolerance: float = setting(1e-4, "error per step where `control` adapts it", "1", 1e-13, 1.0)
+    exchange: str = setting("hermite", "polynomials of inputs known at both ends of a step", choices=tuple(EXTRAPOLATIONS))
+    waveform: str = setting("linear", "polynomials of inputs that a loop iterates", choices=tuple(EXTRAPOLATIONS))
+    tolerance: float = setting(1e-6, "bound of the estimated coupling error, share of the nominals", "1", 1e-14, 1.0)
+    max_sweeps: int = setting(30, "maximum number of sweeps of a loop in a step", least=2, most=1000)
+    halvings: int = setting(6, "maximum number of halvings of a failed step", least=0, most=30)
+    reach: float = setting(10.0, "largest distance of a guess from the start of a step, in nominals", "1", 1e-3)
+    control: str = setting("fixed", "control of the macro step's length", choices=("fixed", "doubling", "embedded"))
+    step_tolerance: float = setting(1e-4, "error allowed per step where `control` adapts it", "1", 1e-13, 1.0)
 
     @cached_property
     def loop_method(self) -> Method | None:
