@@ -6,6 +6,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from tca_cosim.cosim.acceleration import METHODS, IterationHistory, create, solve
+from tca_cosim.cosim.acceleration.history import first_step
 
 TOLERANCE = 1e-8
 
@@ -143,6 +144,17 @@ def test_the_error_estimated_is_the_true_error() -> None:
     run(loop, create("iqn"), history)
     np.testing.assert_allclose(history.secants.error(np.array([1.0])), 0.2, rtol=1e-10)
     assert history.secants.gain == pytest.approx(4.0)
+
+
+def test_the_error_told_is_the_larger_of_guess_and_sweep() -> None:
+    """For a gain of -4 what the sweep gave is off by four fifths of the residual."""
+    outcome = run(Loop([4.0]), create("iqn"), limit=2)
+    assert outcome.error == pytest.approx(0.8 * outcome.residuals[-1], rel=1e-6)
+
+
+def test_a_first_step_is_no_longer_than_what_is_needed_to_learn() -> None:
+    assert np.linalg.norm(first_step(0.5, np.array([30.0, 40.0]))) == pytest.approx(0.02)
+    assert first_step(0.5, np.array([0.03, 0.0])) == pytest.approx([0.015, 0.0])
 
 
 def test_gain_is_found_while_diverging() -> None:

@@ -33,6 +33,13 @@ def test_a_start_other_than_zero() -> None:
     assert set(lengths[:-1]) == {0.1}
 
 
+def test_late_times_are_the_same_but_for_their_rounding() -> None:
+    """At 1e7 s two times that are one differ by 2e-9 s, more than a share of the step allows."""
+    ends, _ = ends_and_lengths(10000000.1, 10000000.7, 0.1, (10000000.4,))
+    assert len(ends) == 6
+    assert ends[-1] == 10000000.7
+
+
 def test_a_step_that_does_not_divide_the_stop_time_leaves_a_shorter_last_one() -> None:
     ends, lengths = ends_and_lengths(0.0, 0.5, 0.2, ())
     np.testing.assert_array_equal(ends, [0.2, 0.4, 0.5])

@@ -407,6 +407,23 @@ def test_the_first_guess_continues_values_and_slopes() -> None:
     assert interface.pack(lambda _: guess, 0.25) == pytest.approx(x)
 
 
+def test_undeclared_nominals_follow_the_values_in_steps_of_ten() -> None:
+    """A value and its rate have one nominal; what is small beside the others in its unit is noise."""
+    system = linear("a", [0], [], [[1], [1]], [[], []], [0], "", "y z")
+    system.outputs = tuple(Port(name, "N", has_nominal=False) for name in "yz")
+    node = Node(system, (), (), np.zeros((4, 0)))
+    interface = InterfaceVector([TornOutputs(node, np.array([0, 1]), np.ones(2))], [True])
+    assert not interface.adapt(np.zeros(4))
+    assert interface.adapt(np.array([2.0, 1e-9, 6.0, 0.0]))
+    assert interface.scale == pytest.approx([6.0, 6e-3, 6.0, 6e-3])
+    assert not interface.adapt(np.array([50.0, 0.0, 0.0, 0.0]))
+    assert interface.adapt(np.array([70.0, 0.0, 0.0, 0.0]))
+    assert interface.scale == pytest.approx([70.0, 0.07, 70.0, 0.07])
+    assert interface.adapt_provisionally(np.array([0.0, 4.0, 0.0, 0.0]))
+    assert interface.adapt(np.array([0.0, 0.1, 0.0, 0.0]))  # the solution is smaller than the first sweep
+    assert interface.scale == pytest.approx([70.0, 0.1, 70.0, 0.1])
+
+
 def test_statistics_count_what_was_done() -> None:
     systems = [Wrapped(system, longest=0.06) for system in dahlquist()[0]]
     master, log = couple(systems, dahlquist()[1], 0.5, 0.1)

@@ -60,7 +60,9 @@ class Coupling:
     )
     method: str = setting("iqn", "how a loop is solved; none: explicit, one sweep", choices=("none", *ACCELERATIONS))
     omega: float = setting(0.25, "relaxation of the first sweeps, or of all where `method` is relaxed", "1", 1e-3, 2.0)
-    exchange: str = setting("hermite", "polynomials of inputs known at both ends of a step", choices=tuple(EXTRAPOLATIONS))
+    exchange: str = setting(
+        "hermite", "polynomials of inputs known at both ends of a step", choices=tuple(EXTRAPOLATIONS)
+    )
     waveform: str = setting("linear", "polynomials of inputs that a loop iterates", choices=tuple(EXTRAPOLATIONS))
     tolerance: float = setting(1e-6, "bound of the estimated coupling error, share of the nominals", "1", 1e-14, 1.0)
     max_sweeps: int = setting(30, "maximum number of sweeps of a loop in a step", least=2, most=1000)
