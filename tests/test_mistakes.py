@@ -303,6 +303,7 @@ def test_results_of_other_settings_are_kept(here: Path) -> None:
     assert "kept, since its settings differ: results/good.previous.nc" in done.stdout
     assert "(modified: thermal.V[3]=2 V)" in done.stdout
     assert results.read(folder / "good.previous.nc")["thermal.V"][-1, 2] == 3.0
+    assert "good.previous-2.nc" in call("run", "good.toml", "--set", "thermal.V[3]=1").stdout
     assert call("run", "good.toml", "--name", "other").exit_code == 0
     assert results.read(folder / "other.nc").attrs["scene"] == "other"
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import itertools
 import json
 from dataclasses import replace
 from pathlib import Path
@@ -65,7 +66,9 @@ def _keep(stem: Path, result: xr.Dataset) -> Path | None:
         same = False
     if same:
         return None
+    names = (f"{stem.name}.previous{'' if k == 1 else f'-{k}'}" for k in itertools.count(1))
+    free = next(name for name in names if not stem.with_name(f"{name}.nc").exists())
     for ending in ("nc", "csv"):
         with contextlib.suppress(FileNotFoundError):
-            stem.with_name(f"{stem.name}.{ending}").replace(stem.with_name(f"{stem.name}.previous.{ending}"))
-    return stem.with_name(f"{stem.name}.previous.nc")
+            stem.with_name(f"{stem.name}.{ending}").replace(stem.with_name(f"{free}.{ending}"))
+    return stem.with_name(f"{free}.nc")
