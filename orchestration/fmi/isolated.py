@@ -1,7 +1,7 @@
 """Instances in processes of their own, for FMUs that allow one instance per process.
 
-The subsystem here forwards each call of the protocol (cosim/subsystem.py) to a process that holds the instance. A call
-costs about 0.1 ms; only scenes that use such an FMU twice pay for it.
+The subsystem here sends each call of the protocol (cosim/subsystem.py) through a pipe to the process of the instance.
+Only scenes that use such an FMU twice pay for it.
 """
 
 from __future__ import annotations

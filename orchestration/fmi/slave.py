@@ -168,7 +168,7 @@ class Slave(Instance):
     def step(self, time: float, length: float) -> None:
         """Advance from time by length [s].
 
-        The FMU is told noSetFMUStatePriorToCurrentPoint = true exactly when no state is alive that was saved before
+        The FMU gets noSetFMUStatePriorToCurrentPoint = true exactly when no state is alive that was saved before
         this step's start.
 
         Raises
