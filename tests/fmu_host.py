@@ -57,7 +57,7 @@ class _Hosted:
         callbacks = fmi2CallbackFunctions()
         self._logger = fmi2CallbackLoggerTYPE(self._take)  # kept alive as long as the instance
         callbacks.logger = self._logger
-        self.instantiate(callbacks=callbacks)
+        self.instantiate(callbacks=callbacks, loggingOn=True)
 
     def _take(self, environment, instance, status, category, message) -> None:
         self.messages.append(message.decode())

@@ -12,7 +12,7 @@
 
 namespace core {
 
-/// What a caller can do about a failure. The FMI runtime returns fmi2Discard or fmi2Error accordingly.
+/// Remedy open to a caller. The FMI runtime returns fmi2Discard or fmi2Error accordingly.
 enum class Severity : std::uint8_t {
   discard,  // a smaller step, or another point, may succeed
   error     // no smaller step can help

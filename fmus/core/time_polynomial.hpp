@@ -3,7 +3,9 @@
 // FMI's inputs with derivatives have this form (FMI 2.0.4, section 4.2.1, fmi2SetRealInputDerivatives).
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 
 namespace core {
@@ -41,6 +43,29 @@ constexpr TimePolynomial<terms> shifted(const TimePolynomial<terms>& u, double s
   TimePolynomial<terms> moved{};
   for (std::size_t order = 0; order < terms; ++order) moved[order] = derivative(u, s, order);
   return moved;
+}
+
+struct Extremes {
+  double least, most;
+};
+
+/// Least and largest value of a cubic over [0, h], h [s] > 0. Not finite where an intermediate power of h overflows.
+inline Extremes extremes(const Cubic& u, double h) {
+  const double at_end = value(u, h);
+  Extremes result{std::min(u[0], at_end), std::max(u[0], at_end)};
+  if (!std::isfinite(at_end)) return {at_end, at_end};
+  const auto include = [&](double s) {
+    if (!(s > 0.0 && s < h)) return;
+    result.least = std::min(result.least, value(u, s));
+    result.most = std::max(result.most, value(u, s));
+  };
+  // Zeros of the rate u1 + u2 s + u3 s^2/2, by the form that does not cancel.
+  const double a = 0.5 * u[3], b = u[2], c = u[1], square = b * b - 4.0 * a * c;
+  if (square < 0.0) return result;
+  const double q = -0.5 * (b + std::copysign(std::sqrt(square), b));
+  if (q != 0.0) include(c / q);
+  if (a != 0.0) include(q / a);
+  return result;
 }
 
 /// True when no derivative differs from 0.

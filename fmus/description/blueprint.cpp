@@ -34,7 +34,9 @@ Variable derivative_of(Variable& state) {
 }
 
 Blueprint make() {
-  Blueprint blueprint{identity(), variables(), {}, {}, {}, {}};
+  Blueprint blueprint;
+  blueprint.identity = identity();
+  blueprint.rows = variables();
   for (Variable& row : blueprint.rows) {
     if (row.type == Type::boolean) row.range(0.0, 1.0);
     if (row.type == Type::enumeration) row.range(1.0, static_cast<double>(row.items.size()));
@@ -43,6 +45,8 @@ Blueprint make() {
   for (std::size_t i = 0; i < blueprint.rows.size(); ++i) {
     if (blueprint.rows[i].causality == Causality::state) blueprint.states.push_back(i);
     if (blueprint.rows[i].causality == Causality::parameter) blueprint.parameters.push_back(i);
+    if (blueprint.rows[i].name == "tolerance" && blueprint.rows[i].causality == Causality::parameter)
+      blueprint.tolerance_row = i;
     if (blueprint.rows[i].causality == Causality::input) blueprint.inputs.push_back(i);
   }
   for (const std::size_t state : blueprint.states) blueprint.rows.push_back(derivative_of(blueprint.rows[state]));
@@ -60,6 +64,8 @@ void check_table(const std::vector<Variable>& rows) {
       throw Error("variable table: the start value of '" + row.name + "' is out of its own range");
     if (row.is_tunable && row.causality != Causality::parameter)
       throw Error("variable table: '" + row.name + "' is tunable but no parameter");
+    if (row.name == "tolerance" && row.type != Type::real)
+      throw Error("variable table: 'tolerance' must be real, fmi2SetupExperiment sets it");
     if ((row.type == Type::enumeration) != !row.items.empty())
       throw Error("variable table: '" + row.name + "' needs choices if and only if it is an enumeration");
     if ((row.type == Type::real) != !row.unit.empty())
@@ -67,10 +73,14 @@ void check_table(const std::vector<Variable>& rows) {
     if ((row.causality == Causality::state) != !row.rate_unit.empty())
       throw Error("variable table: '" + row.name + "' needs a unit of its rate if and only if it is a state");
   }
-  for (const Variable& row : rows)
-    for (const std::string& name : row.depends_on)
+  for (const Variable& row : rows) {
+    std::vector<std::string> named = row.depends_on;
+    if (row.start_depends_on) named.insert(named.end(), row.start_depends_on->begin(), row.start_depends_on->end());
+    for (const std::string& name : named)
       if (std::ranges::none_of(rows, [&](const Variable& known) { return acts_as(known, name); }))
-        throw Error("variable table: '" + row.name + "' depends on '" + name + "', which is no input and no state");
+        throw Error("variable table: '" + row.name + "' depends on '" + name +
+                    "', which is neither an input nor a state");
+  }
 }
 
 bool acts_as(const Variable& known, std::string_view name) {
@@ -81,12 +91,6 @@ bool acts_as(const Variable& known, std::string_view name) {
 const Blueprint& Blueprint::get() {
   static const Blueprint blueprint = make();
   return blueprint;
-}
-
-const Variable* Blueprint::tolerance() const {
-  for (const std::size_t index : parameters)
-    if (rows[index].name == "tolerance" && rows[index].type == Type::real) return &rows[index];
-  return nullptr;
 }
 
 }  // namespace fmu

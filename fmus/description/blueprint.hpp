@@ -1,9 +1,10 @@
-// What all instances of one FMU share: identity, variable table, GUID, and access to the value behind a row.
+// Data shared by all instances of one FMU: identity, variable table, GUID; and access to the value behind a row.
 #pragma once
 
 #include <cmath>
 #include <cstddef>
 #include <cstring>
+#include <limits>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -19,21 +20,35 @@ struct Blueprint {
   std::vector<std::size_t> parameters;  // rows that are parameters
   std::vector<std::size_t> inputs;      // rows that are inputs
   std::vector<std::size_t> states;      // rows that are states; their derivatives are the last rows, in the same order
-  std::string guid;                     // hash of modelDescription.xml but for the GUID itself
+  std::size_t tolerance_row = static_cast<std::size_t>(-1);
+  std::string guid;  // hash of modelDescription.xml but for the GUID itself
 
   /// The one of this FMU, made at first use and constant from then on. Throws Error when the table contradicts itself.
   static const Blueprint& get();
 
-  /// The parameter that the standard's tolerance of an experiment sets, null where the model has none.
-  const Variable* tolerance() const;
+  /// The parameter that the tolerance of fmi2SetupExperiment sets; null where the model has none.
+  const Variable* tolerance() const { return tolerance_row < rows.size() ? &rows[tolerance_row] : nullptr; }
 };
 
-/// Whether the host may give the row a value.
+/// True for rows to which the host may give a value: parameters and inputs.
 inline bool has_start(const Variable& row) {
   return row.causality == Causality::parameter || row.causality == Causality::input;
 }
 
-/// Whether the row is an input or state that a dependency on `name` means.
+/// True for a value that is finite, within the range of the row and, unless the row is real, an integer.
+inline bool is_in_range(const Variable& row, double value) {
+  if (!std::isfinite(value) || value < row.least || value > row.most) return false;
+  return row.type == Type::real || (value == std::floor(value) && std::abs(value) <= std::numeric_limits<int>::max());
+}
+
+/// is_in_range with room for the rounding of a polynomial that ends at a limit.
+inline bool is_in_widened_range(const Variable& row, double value) {
+  constexpr double kRounding = 1e-12;  // relative
+  return std::isfinite(value) && value >= row.least - kRounding * std::abs(row.least) &&
+         value <= row.most + kRounding * std::abs(row.most);
+}
+
+/// True for an input or state that `name` in a list of dependencies refers to.
 bool acts_as(const Variable& known, std::string_view name);
 
 /// Throws Error on contradictions in a table that the compiler cannot see, such as a name declared twice.

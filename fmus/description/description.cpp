@@ -97,6 +97,7 @@ std::string typed_element(const Variable& row, std::string_view derivative) {
   switch (row.type) {
     case Type::real: {
       std::string result = "<Real" + attribute("unit", row.unit);
+      if (row.is_difference) result += attribute("relativeQuantity", true);
       for (const DisplayUnit& display : kDisplayUnits)
         if (display.unit == row.unit) result += attribute("displayUnit", display.name);
       result += bounds(row);
@@ -151,23 +152,51 @@ std::string section(const std::string& name, const std::string& unknowns) {
   return unknowns.empty() ? "" : "    <" + name + ">\n" + unknowns + "    </" + name + ">\n";
 }
 
-/// Exact dependencies of outputs and derivatives: a host would otherwise see algebraic loops that are not there. At the
-/// start they, and the states, may depend on every parameter and input, which is what InitialUnknowns say by leaving
-/// them out.
+/// Indices (from 1) of the rows that `names` mean, as the attribute wants them.
+std::string indices(const std::vector<Variable>& rows, const std::vector<std::string>& names) {
+  std::string known;
+  for (std::size_t k = 0; k < rows.size(); ++k)
+    if (std::ranges::any_of(names, [&](const std::string& name) { return acts_as(rows[k], name); }))
+      append(known, std::to_string(k + 1), " ");
+  return known;
+}
+
+/// The attribute `dependencies` of an initial unknown: all parameters, the inputs that act at once, and those that
+/// determine the states that act at once. Empty, which means everything, where a state may start from any input.
+std::string initial_dependencies(const std::vector<Variable>& rows, const Variable& unknown) {
+  std::vector<bool> known(rows.size());
+  const auto include_start_of = [&](const Variable& state) {
+    if (!state.start_depends_on) return false;
+    for (std::size_t k = 0; k < rows.size(); ++k)
+      if (std::ranges::any_of(*state.start_depends_on, [&](const auto& name) { return acts_as(rows[k], name); }))
+        known[k] = true;
+    return true;
+  };
+  if (unknown.causality == Causality::state && !include_start_of(unknown)) return {};
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    if (rows[k].causality == Causality::parameter) known[k] = true;
+    if (std::ranges::none_of(unknown.depends_on, [&](const auto& name) { return acts_as(rows[k], name); })) continue;
+    if (rows[k].causality == Causality::input) known[k] = true;
+    if (rows[k].causality == Causality::state && !include_start_of(rows[k])) return {};
+  }
+  std::string list;
+  for (std::size_t k = 0; k < rows.size(); ++k)
+    if (known[k]) append(list, std::to_string(k + 1), " ");
+  return attribute("dependencies", list);
+}
+
+/// Exact dependencies of outputs, derivatives and initial values: a host would otherwise see algebraic loops that do
+/// not exist (FMI 2.0.4, section 2.2.8).
 std::string model_structure(const std::vector<Variable>& rows) {
   std::string outputs, derivatives, initial;
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const Variable& row = rows[i];
     if (has_start(row)) continue;
     const std::string index = attribute("index", static_cast<double>(i + 1));
-    initial += "      <Unknown" + index + "/>\n";
+    initial += "      <Unknown" + index + initial_dependencies(rows, row) + "/>\n";
     if (row.causality == Causality::state) continue;
-    std::string known;
-    for (std::size_t k = 0; k < rows.size(); ++k)
-      if (std::ranges::any_of(row.depends_on, [&](const std::string& name) { return acts_as(rows[k], name); }))
-        append(known, std::to_string(k + 1), " ");
     (row.causality == Causality::output ? outputs : derivatives) +=
-        "      <Unknown" + index + attribute("dependencies", known) + "/>\n";
+        "      <Unknown" + index + attribute("dependencies", indices(rows, row.depends_on)) + "/>\n";
   }
   return "  <ModelStructure>\n" + section("Outputs", outputs) + section("Derivatives", derivatives) +
          section("InitialUnknowns", initial) + "  </ModelStructure>\n";

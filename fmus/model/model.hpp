@@ -6,7 +6,9 @@
 // Saving and restoring a state is then two copies, for any model, and a restored model steps bitwise the same.
 #pragma once
 
+#include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <span>
 #include <stdexcept>
@@ -93,8 +95,25 @@ class Model {
   /// Called when a host's integrator has accepted the present states.
   virtual Status complete_step() { return {}; }
 
-  /// Passes a warning to the host's log; set by the runtime.
-  std::function<void(std::string_view)> warn = [](std::string_view) {};
+  /// Refuses numbers that memory() never holds; asked before a state of unknown origin is restored.
+  virtual Status check_memory(std::span<const double> memory) const {
+    for (const double number : memory)
+      if (!std::isfinite(number)) return Status::error("the state holds a number that is not finite");
+    return {};
+  }
+
+  /// Logs `text()` unless warning number `bit` (0 to 31) was given before in this run.
+  template <class Text>
+  void warn_once(unsigned bit, Text&& text) {
+    if (is_silent || (warnings_given >> bit & 1u)) return;
+    warnings_given |= 1u << bit;
+    warn(text());
+  }
+
+  // Set by the runtime.
+  std::function<void(std::string_view)> warn = [](std::string_view) {};  // passes a warning to the host's log
+  std::uint32_t warnings_given = 0;  // one bit per warning; part of the saved state, 0 after a reset
+  bool is_silent = false;            // while outputs are evaluated at points that are not on the trajectory
 };
 
 }  // namespace fmu

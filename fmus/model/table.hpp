@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 #include <type_traits>
 #include <vector>
@@ -33,6 +34,10 @@ struct Variable {
   // Outputs and derivatives: inputs and states that act at once, by name, or by the name of a vector for all of it.
   std::vector<std::string> depends_on;
   std::string rate_unit;  // states: of the time derivative
+  // States: inputs that determine the value at the start, by name as in depends_on. Unset: all of them.
+  std::optional<std::vector<std::string>> start_depends_on;
+  bool is_difference =
+      false;  // FMI relativeQuantity: a difference, to which the offset of a display unit does not apply
 
   // Refinements of a row, to be chained behind Table::parameter, input and output.
   Variable& range(double low, double high) { return least = low, most = high, *this; }
@@ -40,6 +45,8 @@ struct Variable {
   Variable& tunable() { return is_tunable = true, *this; }
   Variable& choices(std::vector<std::string> names) { return items = std::move(names), *this; }
   Variable& depends(std::vector<std::string> names) { return depends_on = std::move(names), *this; }
+  Variable& starts_from(std::vector<std::string> names) { return start_depends_on = std::move(names), *this; }
+  Variable& difference() { return is_difference = true, *this; }
 };
 
 /// "T", 0 -> "T[1]": the structured name of the index-th (from 0) element.
@@ -118,7 +125,8 @@ class Table {
   std::ptrdiff_t states_ = 0;
 };
 
-/// What each FMU folder defines in its table.cpp.
+/// Name and default experiment of an FMU; each FMU folder defines identity(), variables() and make_model() in
+/// table.cpp.
 struct Identity {
   std::string name;         // modelName and modelIdentifier
   std::string description;  // one line

@@ -20,7 +20,7 @@ inline void append(std::string& list, std::string_view item, std::string_view se
   list += item;
 }
 
-/// What XML and HTML reserve written as entities.
+/// The text with the characters that XML and HTML reserve written as entities.
 inline std::string escaped(std::string_view plain) {
   std::string result;
   for (const char c : plain) {

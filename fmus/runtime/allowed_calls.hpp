@@ -105,13 +105,14 @@ inline constexpr Call enter_continuous_time_mode = exchange_only("fmi2EnterConti
 inline constexpr Call completed_integrator_step = exchange_only("fmi2CompletedIntegratorStep", kContinuous);
 inline constexpr Call set_time = exchange_only("fmi2SetTime", kEvent | kContinuous);
 inline constexpr Call set_continuous_states = exchange_only("fmi2SetContinuousStates", kContinuous);
-inline constexpr Call get_derivatives = exchange_only("fmi2GetDerivatives", kEvent | kContinuous | kEnded);
+inline constexpr Call get_derivatives =
+    exchange_only("fmi2GetDerivatives", kInitialization | kEvent | kContinuous | kEnded);
 inline constexpr Call get_event_indicators =
     exchange_only("fmi2GetEventIndicators", kInitialization | kEvent | kContinuous | kEnded);
 inline constexpr Call get_continuous_states =
     exchange_only("fmi2GetContinuousStates", kInitialization | kEvent | kContinuous | kEnded);
 inline constexpr Call get_nominals =
-    exchange_only("fmi2GetNominalsOfContinuousStates", kStart | kEvent | kContinuous | kEnded);
+    exchange_only("fmi2GetNominalsOfContinuousStates", kStart | kInitialization | kEvent | kContinuous | kEnded);
 }  // namespace call
 
 }  // namespace fmu

@@ -61,7 +61,7 @@ void Instance::directional_derivative(std::span<const Reference> unknowns, std::
   for (const Reference reference : unknowns) {
     const Variable& variable = row(reference, Access::real);
     if (has_start(variable) || (variable.causality == Causality::state && !is_starting))
-      throw Error(variable.name + " is no unknown here; ask for outputs and derivatives of states");
+      throw Error(variable.name + " is not an unknown here; ask for outputs and derivatives of states");
   }
   double step = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < knowns.size(); ++i) {
@@ -99,6 +99,7 @@ void Instance::directional_derivative(std::span<const Reference> unknowns, std::
   if (std::ranges::all_of(unknowns, is_exact)) return;
 
   std::vector<double> ahead(unknowns.size()), behind(unknowns.size());
+  model_->is_silent = true;
   const auto look = [&](double distance, std::vector<double>& values) {
     for (std::size_t i = 0; i < knowns.size(); ++i) move(blueprint_.rows[knowns[i]], distance * known[i]);
     for (std::size_t i = 0; is_drifting && i < drift.size(); ++i) model_->memory()[i] += distance * drift[i];
@@ -114,8 +115,71 @@ void Instance::directional_derivative(std::span<const Reference> unknowns, std::
     }
   } catch (...) {
     restore(here);
+    model_->is_silent = false;
     throw;
   }
+  model_->is_silent = false;
+}
+
+/// Time derivatives of outputs at the end of the last step, where inputs go on at the rates that they had there: the
+/// derivative along states and inputs of a model with states, else what steps onwards show.
+void Instance::output_rates(std::span<const Reference> references, double* rates) {
+  std::vector<Reference> knowns;
+  std::vector<double> direction;
+  for (std::size_t i = 0; i < blueprint_.inputs.size(); ++i)
+    if (input_rates_[i] != 0.0) {
+      knowns.push_back(static_cast<Reference>(blueprint_.inputs[i]));
+      direction.push_back(input_rates_[i]);
+    }
+  if (model_->check_states().is_ok()) {
+    refresh(Causality::derivative);
+    for (const std::size_t state : blueprint_.states) {
+      const double rate = rates_[blueprint_.rows[state].place];
+      if (rate == 0.0) continue;
+      knowns.push_back(static_cast<Reference>(state));
+      direction.push_back(rate);
+    }
+    directional_derivative(references, knowns, direction.data(), rates);
+  } else {
+    step_rates(references, rates);
+  }
+}
+
+/// The slope at 0 of the parabola through outputs now and after one and two short steps.
+void Instance::step_rates(std::span<const Reference> references, double* rates) {
+  constexpr double kPart = 1e-3;   // of the last step
+  constexpr double kFirst = 1e-6;  // before there was one [s]
+  const double h = kPart * (progress_.last_step > 0.0 ? progress_.last_step : kFirst / kPart);
+  constexpr std::array<double, 3> kWeights{-1.5, 2.0, -0.5};
+  Snapshot here;
+  save(here);
+  model_->is_silent = true;
+  std::fill_n(rates, references.size(), 0.0);
+  std::vector<double> values(references.size());
+  Status status;
+  try {
+    for (std::size_t k = 0; k < kWeights.size() && status.is_ok(); ++k) {
+      if (k > 0) {
+        for (std::size_t i = 0; i < blueprint_.inputs.size(); ++i) {
+          const std::ptrdiff_t place = blueprint_.rows[blueprint_.inputs[i]].place;
+          const double value = load<double>(here.data.data(), place) + static_cast<double>(k - 1) * h * input_rates_[i];
+          store(data(), place, Polynomial{value, input_rates_[i]});
+        }
+        status = model_->step(progress_.time + static_cast<double>(k - 1) * h, h).status;
+        advance_inputs(h, true);
+        invalidate();
+      }
+      get<Access::real>(references, values.data());
+      for (std::size_t i = 0; i < references.size(); ++i) rates[i] += kWeights[k] / h * values[i];
+    }
+  } catch (...) {
+    restore(here);
+    model_->is_silent = false;
+    throw;
+  }
+  restore(here);
+  model_->is_silent = false;
+  require(std::move(status).at("output derivatives"));
 }
 
 }  // namespace fmu

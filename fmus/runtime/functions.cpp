@@ -1,5 +1,6 @@
 // The C functions of FMI 2.0. Everything is caught here and nowhere else: a refused or failed call is logged once,
 // returns fmi2Error and leaves the process alive.
+#include <cstring>
 #include <exception>
 #include <memory>
 #include <optional>
@@ -55,7 +56,7 @@ void need(const Pointers*... pointers) {
   if ((!pointers || ...)) throw Error("a null pointer was passed; pass the arrays and results that the function needs");
 }
 
-/// As need(), for arrays that may be null when they are empty.
+/// Like need(), for arrays that may be null when they are empty.
 template <class... Pointers>
 void need_if(size_t count, const Pointers*... pointers) {
   if (count > 0) need(pointers...);
@@ -79,6 +80,15 @@ fmi2Status set(fmi2Component c, const Call& call, const fmi2ValueReference vr[],
   });
 }
 
+/// The number of an enumerator that a host passes: values outside of a C enumeration must not be loaded as such.
+template <class Enumeration>
+int number_of(const Enumeration& enumerator) {
+  static_assert(sizeof(Enumeration) == sizeof(int));
+  int number = 0;
+  std::memcpy(&number, &enumerator, sizeof number);
+  return number;
+}
+
 [[noreturn]] void refuse_strings() { throw Error("this FMU has no String variables"); }
 
 }  // namespace
@@ -93,17 +103,22 @@ const char* fmi2GetVersion() { return fmi2Version; }
 
 fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2String fmuGUID, fmi2String,
                               const fmi2CallbackFunctions* functions, fmi2Boolean, fmi2Boolean loggingOn) try {
-  fmu::Log log(instanceName ? instanceName : "", functions, loggingOn != fmi2False);
+  const std::string name = instanceName ? instanceName : "";
   try {
     if (!instanceName || !*instanceName) throw Error("the instance needs a name that is not empty");
     const fmu::Blueprint& blueprint = fmu::Blueprint::get();
     if (!fmuGUID || blueprint.guid != fmuGUID)
       throw Error("GUID " + std::string(fmuGUID ? fmuGUID : "(null)") + " was given, this binary has " +
                   blueprint.guid + "; modelDescription.xml and binary are of different builds, build the FMU again");
-    const auto interface = fmuType == fmi2CoSimulation ? fmu::Interface::co_simulation : fmu::Interface::model_exchange;
-    return std::make_unique<Instance>(blueprint, interface, log).release();
+    const int type = number_of(fmuType);
+    if (type != fmi2CoSimulation && type != fmi2ModelExchange)
+      throw Error("fmuType " + std::to_string(type) + "; allowed: 0 (model exchange), 1 (co-simulation)");
+    const auto interface = type == fmi2CoSimulation ? fmu::Interface::co_simulation : fmu::Interface::model_exchange;
+    return std::make_unique<Instance>(blueprint, interface, fmu::Log(name, functions, loggingOn != fmi2False))
+        .release();
   } catch (const std::exception& error) {
-    log.write(category::error, std::string("fmi2Instantiate: ") + error.what());
+    // Logged whatever loggingOn says: there is no instance that could be asked.
+    fmu::Log(name, functions, true).write(category::error, std::string("fmi2Instantiate: ") + error.what());
     return nullptr;
   }
 } catch (...) {
@@ -276,7 +291,7 @@ fmi2Status fmi2CancelStep(fmi2Component c) {
 fmi2Status fmi2GetStatus(fmi2Component c, const fmi2StatusKind s, fmi2Status* value) {
   return run(c, call::get_status, [&](Instance& instance) {
     need(value);
-    if (s != fmi2DoStepStatus) return fmi2Discard;
+    if (number_of(s) != fmi2DoStepStatus) return fmi2Discard;
     *value = instance.progress().mode == Mode::step_failed ? fmi2Discard : fmi2OK;
     return fmi2OK;
   });
@@ -285,7 +300,7 @@ fmi2Status fmi2GetStatus(fmi2Component c, const fmi2StatusKind s, fmi2Status* va
 fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind s, fmi2Real* value) {
   return run(c, call::get_real_status, [&](Instance& instance) {
     need(value);
-    if (s != fmi2LastSuccessfulTime) return fmi2Discard;
+    if (number_of(s) != fmi2LastSuccessfulTime) return fmi2Discard;
     *value = instance.progress().time;
     return fmi2OK;
   });
@@ -298,7 +313,7 @@ fmi2Status fmi2GetIntegerStatus(fmi2Component c, const fmi2StatusKind, fmi2Integ
 fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind s, fmi2Boolean* value) {
   return run(c, call::get_boolean_status, [&](Instance&) {
     need(value);
-    if (s != fmi2Terminated) return fmi2Discard;
+    if (number_of(s) != fmi2Terminated) return fmi2Discard;
     *value = fmi2False;  // these models never end a simulation by themselves
     return fmi2OK;
   });

@@ -9,12 +9,19 @@
 
 namespace fmu {
 
-constexpr double kRounding = 4.0 * std::numeric_limits<double>::epsilon();
+constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+constexpr double kRounding = 4.0 * kEpsilon;  // of one sum of times, relative
+constexpr double kShare = 0.01;               // of a step: most by which a communication point may be off
+constexpr double kLeastUlps = 8.0;            // least step, in units of rounding of the time
+// Steps outside of these have no use; their powers, which models form, would overflow [s].
+constexpr double kLeastStep = 1e-40, kMostStep = 1e40;
 
 Instance::Instance(const Blueprint& blueprint, Interface interface, Log log)
     : blueprint_(blueprint),
       log_(std::move(log)),
       model_(make_model()),
+      input_rates_(blueprint.inputs.size(), 0.0),
+      has_new_derivatives_(blueprint.rows.size(), false),
       states_(blueprint.states.size()),
       rates_(blueprint.states.size()) {
   progress_.interface = interface;
@@ -44,12 +51,29 @@ void Instance::setup_experiment(std::optional<double> tolerance, double start, s
   if (!std::isfinite(start)) throw Error("start time " + text(start) + " s; give a finite time");
   if (stop && !(*stop >= start))
     throw Error("stop time " + text(*stop) + " s; give one that is not before the start time " + text(start) + " s");
-  if (const Variable* row = tolerance ? blueprint_.tolerance() : nullptr) {
-    check(*row, *tolerance);
-    set_value(*row, data(), *tolerance);
-  }
-  progress_.time = start;
+  if (tolerance) use_tolerance(*tolerance);
+  progress_.time = progress_.start = start;
   progress_.stop = stop.value_or(std::numeric_limits<double>::infinity());
+}
+
+/// The standard's tolerance is a hint: it sets the parameter unless the host set that itself, to the nearest value that
+/// is allowed.
+void Instance::use_tolerance(double asked) {
+  if (!std::isfinite(asked) || asked <= 0.0)
+    throw Error("tolerance " + text(asked) + "; give a finite one above 0, or leave it undefined");
+  const Variable* row = blueprint_.tolerance();
+  if (!row) return;
+  if (progress_.is_tolerance_set) {
+    log_.write(category::events, "tolerance " + text(asked) +
+                                     " of fmi2SetupExperiment is not used: parameter tolerance = " +
+                                     text(value_of(*row, data())) + " was set explicitly");
+    return;
+  }
+  const double nearest = std::clamp(asked, row->least, row->most);
+  set_value(*row, data(), nearest);
+  if (nearest != asked)
+    log_.write(category::events, "tolerance " + text(asked) + " of fmi2SetupExperiment: allowed is " +
+                                     text(row->least) + " to " + text(row->most) + ", the nearest is used");
 }
 
 void Instance::exit_initialization() {
@@ -62,6 +86,7 @@ void Instance::exit_initialization() {
 void Instance::reset() {
   std::ranges::copy(start_data_, data());
   progress_ = {.interface = progress_.interface};
+  std::ranges::fill(input_rates_, 0.0);
   invalidate();
   log_.write(category::events, "reset to start values");
 }
@@ -76,6 +101,7 @@ void Instance::build_and_initialise() {
   }
   if (progress_.is_initialised) return;
   invalidate();
+  model_->warnings_given = 0;
   require(model_->initialise(progress_.time));
   progress_.is_initialised = true;
   if (log_.is_on(category::events)) log_.write(category::events, "initialised at t = " + text(progress_.time) + " s");
@@ -87,7 +113,7 @@ void Instance::invalidate() { progress_.is_evaluated = has_states_ = has_rates_ 
 void Instance::refresh(Causality causality) {
   if (progress_.mode == Mode::initialization) build_and_initialise();
   if (causality == Causality::output && !progress_.is_evaluated) {
-    require(model_->evaluate(progress_.time));
+    require(model_->evaluate(progress_.time).at(now()));
     progress_.is_evaluated = true;
   }
   if (causality == Causality::state && !has_states_) {
@@ -103,56 +129,90 @@ std::string Instance::now() const { return "t = " + text(progress_.time) + " s";
 // ---------------------------------------------------------------- stepping
 
 void Instance::check_step(double t, double h) const {
-  if (!std::isfinite(h) || h <= 0.0)
-    throw Error("communication step size " + text(h) + " s; give a finite one above 0");
-  // Hosts sum their steps in different ways: the rounding of every step so far may have piled up in either clock.
-  const double steps = static_cast<double>(progress_.steps + 1);
-  const double rounding = kRounding * steps * std::max({std::abs(progress_.time), std::abs(t), h});
-  if (!std::isfinite(t) || std::abs(t - progress_.time) > rounding)
+  if (!(h >= kLeastStep && h <= kMostStep))
+    throw Error("communication step size " + text(h) + " s; allowed: " + text(kLeastStep) + " s to " + text(kMostStep) +
+                " s");
+  const double clock = std::max(std::abs(progress_.time), std::abs(t)), ulp = kEpsilon * clock;
+  if (h < kLeastUlps * ulp)
+    throw Error("communication step size " + text(h) + " s is below the rounding of the time at t = " + text(t) +
+                " s; take steps of at least " + text(kLeastUlps * ulp) + " s, or start the clock near 0");
+  // Hosts sum their steps in different ways: the rounding of every step so far may have accumulated in either clock,
+  // but never to more than a share of this step.
+  const auto allowed = [&](double scale) {
+    const double accumulated = kRounding * static_cast<double>(progress_.steps + 1) * std::max(scale, h);
+    return std::min(accumulated, std::max(kShare * h, 2.0 * kEpsilon * scale));
+  };
+  if (!std::isfinite(t) || std::abs(t - progress_.time) > allowed(clock))
     throw Error("communication point " + text(t) + " s, but this instance is at " + text(progress_.time) +
                 " s; step from there or restore a state of that time");
-  if (t + h > progress_.stop + kRounding * steps * std::max(std::abs(progress_.stop), h))
+  if (t + h > progress_.stop + allowed(std::abs(progress_.stop)))
     throw Error("the step ends at " + text(t + h) + " s, after the stop time " + text(progress_.stop) +
                 " s of fmi2SetupExperiment; step no further or set up without a stop time");
 }
 
+/// Fails where the polynomial of an input leaves the input's range during the step.
+Status Instance::check_inputs(double h) const {
+  for (const std::size_t index : blueprint_.inputs) {
+    const Variable& row = blueprint_.rows[index];
+    const auto u = load<Polynomial>(model_->data().data(), row.place);
+    if (core::is_constant(u)) continue;
+    const auto [least, most] = core::extremes(u, h);
+    if (is_in_widened_range(row, least) && is_in_widened_range(row, most)) continue;
+    return Status::discard("the derivatives of input " + row.name + " take it from " + text(u[0]) + " to between " +
+                               text(least) + " and " + text(most) + " during the step, allowed is " + text(row.least) +
+                               " to " + text(row.most),
+                           "set smaller derivatives or ask for a smaller step");
+  }
+  return {};
+}
+
+/// Leaves a step that came to progress_.time only.
+bool Instance::discard_step(double t, double h, const Status& status) {
+  progress_.mode = Mode::step_failed;
+  has_new_derivatives_.assign(has_new_derivatives_.size(), false);
+  log_.write(category::discard, "step from " + text(t) + " s by " + text(h) + " s came to " + text(progress_.time) +
+                                    " s: " + status.text());
+  return false;
+}
+
 bool Instance::step(double t, double h) {
   check_step(t, h);
+  if (const Status status = check_inputs(h); !status.is_ok()) return discard_step(t, h, status);
   const auto memory = model_->memory();
   memory_before_.assign(memory.begin(), memory.end());
+  const auto put_back = [&] { std::ranges::copy(memory_before_, model_->memory().begin()); };
   StepResult result;
-  const auto fail = [&] {
-    std::ranges::copy(memory_before_, model_->memory().begin());
-    progress_.mode = Mode::error;
-  };
   try {
     result = model_->step(t, h);
   } catch (...) {
-    fail();
+    put_back();
+    progress_.mode = Mode::error;
     throw;
   }
   if (result.status.is_error()) {
-    fail();
+    put_back();
+    progress_.mode = Mode::error;
     throw Error(result.status);
   }
-  const bool is_complete = result.reached >= t + h - kRounding * std::max(std::abs(t), h);
-  progress_.time = is_complete ? t + h : result.reached;
-  progress_.mode = is_complete ? Mode::step_complete : Mode::step_failed;
-  invalidate();
+  const bool is_complete = result.status.is_ok();
+  if (!is_complete && result.reached <= t) put_back();
+  progress_.time = is_complete ? t + h : std::max(t, result.reached);
+  progress_.last_step = h;
   ++progress_.steps;
+  invalidate();
   advance_inputs(progress_.time - t, is_complete);
-  if (!is_complete)
-    log_.write(category::discard, "step from " + text(t) + " s by " + text(h) + " s came to " + text(progress_.time) +
-                                      " s: " + result.status.text());
-  return is_complete;
+  if (!is_complete) return discard_step(t, h, result.status);
+  progress_.mode = Mode::step_complete;
+  return true;
 }
 
 /// Derivatives hold for one step, so a complete one leaves held inputs; what is left of a partial one sees the same
 /// polynomial, from its new origin.
 void Instance::advance_inputs(double h, bool is_complete) {
-  for (const std::size_t index : blueprint_.inputs) {
-    const std::ptrdiff_t place = blueprint_.rows[index].place;
+  for (std::size_t i = 0; i < blueprint_.inputs.size(); ++i) {
+    const std::ptrdiff_t place = blueprint_.rows[blueprint_.inputs[i]].place;
     const auto u = load<Polynomial>(data(), place);
+    input_rates_[i] = core::rate(u, h);
     store(data(), place, is_complete ? Polynomial{core::value(u, h)} : core::shifted(u, h));
   }
 }
@@ -172,6 +232,9 @@ void Instance::write_parameters(std::span<const double> values) {
 void Instance::save(Snapshot& snapshot) {
   const auto data = model_->data();
   snapshot.progress = progress_;
+  snapshot.progress.warnings_given = model_->warnings_given;
+  snapshot.input_rates = input_rates_;
+  snapshot.is_foreign = false;
   snapshot.data.assign(data.begin(), data.end());
   snapshot.built_with = built_with_;
   const auto memory = progress_.is_initialised ? model_->memory() : std::span<double>{};
@@ -201,10 +264,15 @@ void Instance::restore(const Snapshot& snapshot) {
       throw Error("the state has " + std::to_string(snapshot.memory.size()) + " remembered numbers, the model " +
                   std::to_string(model_->memory().size()) + "; was it saved by another version of this FMU?");
     }
+    if (snapshot.is_foreign) require(model_->check_memory(snapshot.memory).as_error());
     std::ranges::copy(snapshot.memory, model_->memory().begin());
   }
   std::ranges::copy(snapshot.data, data());
   progress_ = snapshot.progress;
+  model_->warnings_given = progress_.warnings_given;
+  input_rates_ = snapshot.input_rates;
+  input_rates_.resize(blueprint_.inputs.size(), 0.0);
+  has_new_derivatives_.assign(has_new_derivatives_.size(), false);
   has_states_ = has_rates_ = false;
 }
 

@@ -57,7 +57,7 @@ class Instance {
   /// Time derivatives of inputs, orders 1 to 3, for the next step only.
   void set_input_derivatives(std::span<const Reference> references, const int* orders, const double* values);
 
-  /// Time derivatives of outputs now, order 1.
+  /// Time derivatives of real outputs at the end of the last step; order 1, 0 for higher orders.
   void get_output_derivatives(std::span<const Reference> references, const int* orders, double* values);
 
   /// From t to t + h [s]. False after a part of the step: the state is that of progress().time and `log()` has the
@@ -105,7 +105,14 @@ class Instance {
   void refresh_rates();
   std::string now() const;
   void need_states(std::size_t count) const;
+  void use_tolerance(double asked);
   void check_step(double t, double h) const;
+  Status check_inputs(double h) const;
+  bool discard_step(double t, double h, const Status& status);
+  void set_input(Reference reference, double value);
+  void output_rates(std::span<const Reference> references, double* rates);
+  void step_rates(std::span<const Reference> references, double* rates);
+  double finite(const Variable& row, double value) const;
   void advance_inputs(double h, bool is_complete);
 
   const Blueprint& blueprint_;
@@ -113,10 +120,12 @@ class Instance {
   std::unique_ptr<Model> model_;
   Progress progress_;
   bool warned_ = false;
-  std::vector<double> built_with_;      // see Snapshot
-  std::vector<std::byte> start_data_;   // of a new instance, for reset
-  std::vector<double> memory_before_;   // scratch of step()
-  std::vector<double> states_, rates_;  // views of memory(), brought up to date on demand
+  std::vector<double> built_with_;         // see Snapshot
+  std::vector<std::byte> start_data_;      // of a new instance, for reset
+  std::vector<double> memory_before_;      // scratch of step()
+  std::vector<double> input_rates_;        // see Snapshot
+  std::vector<bool> has_new_derivatives_;  // per row: input derivatives set since a step that came part of the way
+  std::vector<double> states_, rates_;     // views of memory(), brought up to date on demand
   bool has_states_ = false, has_rates_ = false;
   std::vector<double> parameters_;  // scratch of build_and_initialise()
   std::vector<std::unique_ptr<Snapshot>> saved_;

@@ -10,7 +10,7 @@ Log::Log(std::string instance, const fmi2CallbackFunctions* functions, bool debu
     logger_ = functions->logger;
     environment_ = functions->componentEnvironment;
   }
-  for (std::size_t i = 0; i < on_.size(); ++i) on_[i] = debug || i != category::events;
+  on_.fill(debug);
 }
 
 void Log::write(std::size_t category, std::string_view message) const noexcept try {

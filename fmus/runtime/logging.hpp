@@ -14,7 +14,8 @@ namespace fmu {
 
 class Log {
  public:
-  /// `functions` may be null, and so may its logger: then nothing is logged.
+  /// `functions` may be null, and so may its logger: then nothing is logged. debug: loggingOn of fmi2Instantiate, for
+  /// all categories.
   Log(std::string instance, const fmi2CallbackFunctions* functions, bool debug);
 
   bool is_on(std::size_t category) const { return logger_ && on_[category]; }

@@ -51,12 +51,23 @@ const Variable& Instance::row(Reference reference, Access access) const {
 
 void Instance::check(const Variable& row, double value) const {
   if (row.causality == Causality::output) throw Error(row.name + " is an output and cannot be set");
-  if (!has_start(row)) throw Error(row.name + " is calculated and cannot be set");
+  if (row.causality == Causality::state ? progress_.mode != Mode::continuous : !has_start(row))
+    throw Error(row.name + " is calculated and cannot be set" +
+                (row.causality == Causality::state ? " now; hosts set states in continuous-time mode" : ""));
   if (row.causality == Causality::parameter && !row.is_tunable && !is_starting())
     throw Error(row.name + " is a fixed parameter and cannot be set after initialisation; reset the FMU first");
-  if (!std::isfinite(value) || value < row.least || value > row.most)
+  if (row.causality == Causality::parameter && progress_.mode == Mode::continuous)
+    throw Error(row.name + " is a parameter and cannot be set in continuous-time mode; set it in event mode");
+  if (!is_in_range(row, value))
     throw Error(row.name + " = " + with_unit(value, row) + " refused; allowed: " + allowed(row) +
                 "; nothing was changed, set a value in that range");
+}
+
+/// `value`; throws a discarding Error where it is not finite, so that no such number leaves with fmi2OK.
+double Instance::finite(const Variable& row, double value) const {
+  if (std::isfinite(value)) return value;
+  throw Error(now() + ": " + row.name + " is not finite; inputs or states are beyond the model's range, reduce them",
+              core::Severity::discard);
 }
 
 void Instance::mark_changed() {
@@ -66,13 +77,15 @@ void Instance::mark_changed() {
 
 template <Access access>
 void Instance::get(std::span<const Reference> references, ValueOf<access>* values) {
+  for (const Reference reference : references) row(reference, access);  // before anything is calculated
   for (const Reference reference : references) {
-    const Variable& variable = row(reference, access);
+    const Variable& variable = blueprint_.rows[reference];
     if (!has_start(variable)) refresh(variable.causality);
     if constexpr (access == Access::real)
-      *values++ = variable.causality == Causality::state        ? states_[variable.place]
-                  : variable.causality == Causality::derivative ? rates_[variable.place]
-                                                                : load<double>(data(), variable.place);
+      *values++ =
+          finite(variable, variable.causality == Causality::state        ? states_[variable.place]
+                           : variable.causality == Causality::derivative ? rates_[variable.place]
+                                                                         : load<double>(data(), variable.place));
     else
       *values++ = static_cast<int>(value_of(variable, data()));
   }
@@ -81,14 +94,32 @@ void Instance::get(std::span<const Reference> references, ValueOf<access>* value
 template <Access access>
 void Instance::set(std::span<const Reference> references, const ValueOf<access>* values) {
   for (std::size_t i = 0; i < references.size(); ++i) check(row(references[i], access), values[i]);
+  bool has_set_states = false;
   for (std::size_t i = 0; i < references.size(); ++i) {
     const Variable& variable = blueprint_.rows[references[i]];
-    if (variable.causality == Causality::input)
-      store(data(), variable.place, Polynomial{static_cast<double>(values[i])});
-    else
+    if (variable.causality == Causality::input) {
+      set_input(references[i], static_cast<double>(values[i]));
+    } else if (variable.causality == Causality::state) {
+      refresh(Causality::state);
+      states_[variable.place] = static_cast<double>(values[i]);
+      has_set_states = true;
+    } else {
       set_value(variable, data(), values[i]);
+      if (&variable == blueprint_.tolerance()) progress_.is_tolerance_set = true;
+    }
   }
+  if (has_set_states) model_->set_states(states_);
   mark_changed();
+}
+
+/// Sets the value and leaves derivatives that were set for the coming step, in whichever order the calls come. What is
+/// left of the polynomial of a step that came part of the way ends here.
+void Instance::set_input(Reference reference, double value) {
+  const std::ptrdiff_t place = blueprint_.rows[reference].place;
+  auto u = load<Polynomial>(data(), place);
+  if (progress_.mode == Mode::step_failed && !has_new_derivatives_[reference]) u = {};
+  u[0] = value;
+  store(data(), place, u);
 }
 
 template void Instance::get<Access::real>(std::span<const Reference>, double*);
@@ -102,7 +133,7 @@ void Instance::set_input_derivatives(std::span<const Reference> references, cons
   for (std::size_t i = 0; i < references.size(); ++i) {
     const Variable& variable = row(references[i], Access::real);
     if (variable.causality != Causality::input)
-      throw Error(variable.name + " is no input: it has no input derivatives");
+      throw Error(variable.name + " is not an input: it has no input derivatives");
     if (orders[i] < 1 || orders[i] > 3)
       throw Error(variable.name + ": input derivative of order " + std::to_string(orders[i]) + "; allowed: 1 to 3");
     if (!std::isfinite(values[i]))
@@ -111,19 +142,35 @@ void Instance::set_input_derivatives(std::span<const Reference> references, cons
   }
   for (std::size_t i = 0; i < references.size(); ++i) {
     const std::ptrdiff_t place = blueprint_.rows[references[i]].place;
-    store(data(), place + orders[i] * static_cast<std::ptrdiff_t>(sizeof(double)), values[i]);
+    auto u = load<Polynomial>(data(), place);
+    if (progress_.mode == Mode::step_failed && !has_new_derivatives_[references[i]]) u = {u[0]};
+    has_new_derivatives_[references[i]] = true;
+    u[static_cast<std::size_t>(orders[i])] = values[i];
+    store(data(), place, u);
   }
   mark_changed();
 }
 
 void Instance::get_output_derivatives(std::span<const Reference> references, const int* orders, double* values) {
-  refresh(Causality::output);
+  std::vector<Reference> others;  // outputs whose rate the model does not write
   for (std::size_t i = 0; i < references.size(); ++i) {
     const Variable& variable = row(references[i], Access::real);
-    if (variable.causality != Causality::output || variable.derivative < 0 || orders[i] != 1)
-      throw Error(variable.name + ": no derivative of order " + std::to_string(orders[i]) +
-                  "; order 1 is offered for those outputs that are states of the model");
-    values[i] = load<double>(data(), variable.derivative);
+    if (variable.causality != Causality::output)
+      throw Error(variable.name + " is not an output: it has no output derivatives");
+    if (orders[i] < 1)
+      throw Error(variable.name + ": output derivative of order " + std::to_string(orders[i]) + "; allowed: from 1 on");
+    if (orders[i] == 1 && variable.derivative < 0) others.push_back(references[i]);
+  }
+  std::vector<double> rates(others.size());
+  if (!others.empty()) output_rates(others, rates.data());
+  refresh(Causality::output);
+  auto next = rates.begin();
+  for (std::size_t i = 0; i < references.size(); ++i) {
+    const Variable& variable = blueprint_.rows[references[i]];
+    if (orders[i] > 1)
+      values[i] = 0.0;  // beyond maxOutputDerivativeOrder, as the standard asks (2.0.4, section 4.2.1)
+    else
+      values[i] = finite(variable, variable.derivative < 0 ? *next++ : load<double>(data(), variable.derivative));
   }
 }
 

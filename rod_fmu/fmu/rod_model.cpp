@@ -16,6 +16,7 @@ fmu::Status refuse(const Parts&... parts) {
   return fmu::Status::error(text.str());
 }
 
+constexpr unsigned kPlaneWarning = 0;        // bit of Model::warn_once
 constexpr double kOutOfPlaneWarning = 1e-6;  // of Outputs::out_of_plane [1]: beyond, the host is warned
 constexpr double kAngleTolerance = 1e-9;     // of azimuths that count as equal [rad], and of other relative differences
 
@@ -77,7 +78,6 @@ fmu::Status check(const Parameters& p) {
 fmu::Status RodModel::build() {
   const Parameters& p = data_.parameters;
   if (fmu::Status status = check(p); !status.is_ok()) return status;
-  warned_ = false;
   engine_ = p.dynamic && p.method == Method::pade_euler ? make_grid_engine(p) : make_strain_engine(p);
   memory_.assign(engine_->memory_size() + 1, 0.0);
   engine_->set_unloaded(engine_memory());
@@ -109,6 +109,13 @@ fmu::StepResult RodModel::step(double t, double h) {
       counted([&] { return engine_->step(engine_memory(), data_.inputs, h, data_.parameters.tolerance); });
   if (outcome.reached == h) return {t + h, {}};
   return {t + outcome.reached, std::move(outcome.status)};
+}
+
+fmu::Status RodModel::check_memory(std::span<const double> memory) const {
+  // Infinity is legitimate: the integrator marks loads that did not stand still with it (look_ahead.cpp).
+  for (const double number : memory)
+    if (std::isnan(number)) return refuse("the state holds a number that is not a number");
+  return {};
 }
 
 fmu::Status RodModel::check_states() const {
@@ -144,14 +151,14 @@ bool RodModel::drift(std::span<double> rate) {
 fmu::Status RodModel::evaluate(double t) {
   engine_->outputs(engine_memory(), loads_at(data_.inputs, 0.0), data_.outputs);
   data_.outputs.evaluations = memory_.back();
-  if (warned_ || !(data_.outputs.out_of_plane > kOutOfPlaneWarning)) return {};
-  warned_ = true;
-  std::ostringstream text;
-  text << "t = " << t
-       << " s: forces across the plane of this planar rod are left out; alone "
-          "they would cause strains of "
-       << data_.outputs.out_of_plane << " (output out_of_plane); set planar = false, or turn plane";
-  warn(text.str());
+  if (data_.outputs.out_of_plane > kOutOfPlaneWarning)
+    warn_once(kPlaneWarning, [&] {
+      std::ostringstream text;
+      text << "t = " << t
+           << " s: forces across the plane of this planar rod are left out; alone they would cause strains of "
+           << data_.outputs.out_of_plane << " (output out_of_plane); set planar = false, or turn plane";
+      return text.str();
+    });
   return {};
 }
 

@@ -18,6 +18,7 @@ class RodModel final : public fmu::Model {
   fmu::Status initialise(double t) override;
   fmu::StepResult step(double t, double h) override;
   fmu::Status evaluate(double t) override;
+  fmu::Status check_memory(std::span<const double> memory) const override;
   fmu::Status check_states() const override;
   void get_states(std::span<double> x) override;
   void set_states(std::span<const double> x) override;
@@ -34,7 +35,6 @@ class RodModel final : public fmu::Model {
   Data data_;
   std::vector<double> memory_;  // memory of the engine, then the count of evaluations
   std::unique_ptr<Engine> engine_;
-  bool warned_ = false;  // a warning of forces across the plane was logged
 };
 
 }  // namespace rod

@@ -101,12 +101,12 @@ std::vector<Case> cases() {
       {"fmi2SetTime", "......", "..xx.", [](Host& h) { return fmi2SetTime(h.fmu, 0.0); }},
       {"fmi2SetContinuousStates", "......", "...x.",
        [](Host& h) { return fmi2SetContinuousStates(h.fmu, states.data(), states.size()); }},
-      {"fmi2GetDerivatives", "......", "..xxx",
+      {"fmi2GetDerivatives", "......", ".xxxx",
        [](Host& h) { return fmi2GetDerivatives(h.fmu, states.data(), states.size()); }},
       {"fmi2GetEventIndicators", "......", ".xxxx", [](Host& h) { return fmi2GetEventIndicators(h.fmu, nullptr, 0); }},
       {"fmi2GetContinuousStates", "......", ".xxxx",
        [](Host& h) { return fmi2GetContinuousStates(h.fmu, states.data(), states.size()); }},
-      {"fmi2GetNominalsOfContinuousStates", "......", "x.xxx",
+      {"fmi2GetNominalsOfContinuousStates", "......", "xxxxx",
        [](Host& h) { return fmi2GetNominalsOfContinuousStates(h.fmu, states.data(), states.size()); }},
   };
 }

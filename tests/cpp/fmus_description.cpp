@@ -48,7 +48,8 @@ TEST(Table, RefusesContradictions) {
   EXPECT_NE(complaint([](Rows& rows) { rows[1].name = rows[0].name; }).find("twice"), std::string::npos);
   EXPECT_NE(complaint([](Rows& rows) { rows[0].start = 99.0; }).find("range"), std::string::npos);
   EXPECT_NE(complaint([](Rows& rows) { rows[0].unit = ""; }).find("unit"), std::string::npos);
-  EXPECT_NE(complaint([](Rows& rows) { rows.back().depends_on = {"mass"}; }).find("no input"), std::string::npos);
+  EXPECT_NE(complaint([](Rows& rows) { rows.back().depends_on = {"mass"}; }).find("neither an input"),
+            std::string::npos);
   EXPECT_NE(complaint([](Rows& rows) { rows.back().rate_unit = "1/s"; }).find("state"), std::string::npos);
   EXPECT_NE(complaint([](Rows& rows) { rows.back().tunable(); }).find("tunable"), std::string::npos);
   EXPECT_NE(complaint([](Rows& rows) { rows[0].choices({"a"}); }).find("choices"), std::string::npos);
@@ -81,6 +82,10 @@ TEST_F(Description, DeclaresExactDependencies) {
   EXPECT_TRUE(has("<Unknown index=\"14\" dependencies=\"11 16 17 18 19 20 21 22 23 24 25\"/>"));
   EXPECT_TRUE(has("<Unknown index=\"15\" dependencies=\"\"/>"));
   EXPECT_TRUE(has("<Unknown index=\"36\" dependencies=\"26\"/>"));
+  // At the start, all parameters; position starts from the bias, velocity from nothing.
+  EXPECT_TRUE(has("<Unknown index=\"14\" dependencies=\"1 2 3 4 5 6 7 8 9 11\"/>"));
+  EXPECT_TRUE(has("<Unknown index=\"13\" dependencies=\"1 2 3 4 5 6 7 8 9\"/>"));
+  EXPECT_TRUE(has("<Unknown index=\"46\" dependencies=\"1 2 3 4 5 6 7 8 9 10 11\"/>"));
 }
 
 TEST_F(Description, PairsStatesWithTheirDerivatives) {

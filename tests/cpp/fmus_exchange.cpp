@@ -102,9 +102,32 @@ TEST_F(Exchange, RefusesWhatIsNoState) {
   EXPECT_EQ(put(bad), fmi2Error);
   EXPECT_TRUE(host.said({"3 states", std::to_string(kStates)}));
   EXPECT_EQ(fmi2SetTime(host.fmu, kInfinity), fmi2Error);
-  EXPECT_EQ(host.set("position[1]", 1.0), fmi2Error);
-  EXPECT_TRUE(host.said({"position[1]", "calculated"}));
   EXPECT_EQ(states(), before);
+}
+
+TEST_F(Exchange, TakesStatesByTheirNamesInContinuousTimeModeOnly) {
+  fmi2EnterInitializationMode(host.fmu);
+  EXPECT_EQ(host.set("position[1]", 1.0), fmi2Error);
+  EXPECT_TRUE(host.said({"position[1]", "calculated", "continuous-time mode"}));
+  EXPECT_EQ(derivatives(), std::vector<double>(kStates, 0.0)) << "allowed in initialization mode";
+  EXPECT_EQ(fmi2ExitInitializationMode(host.fmu), fmi2OK);
+  EXPECT_EQ(fmi2EnterContinuousTimeMode(host.fmu), fmi2OK);
+  EXPECT_EQ(host.set("position[1]", 1.0), fmi2OK);
+  EXPECT_EQ(states()[0], 1.0);
+  EXPECT_EQ(host.get("der(velocity[1])"), -4.0);
+  EXPECT_EQ(host.set("tolerance", 1e-3), fmi2Error) << "tunable parameters change in event mode";
+  EXPECT_TRUE(host.said({"tolerance", "event mode"}));
+}
+
+TEST_F(Exchange, EndsAtTheStopTime) {
+  fmi2SetupExperiment(host.fmu, fmi2False, 0.0, 0.0, fmi2True, 1.0);
+  fmi2EnterInitializationMode(host.fmu);
+  EXPECT_EQ(fmi2ExitInitializationMode(host.fmu), fmi2OK);
+  EXPECT_EQ(fmi2EnterContinuousTimeMode(host.fmu), fmi2OK);
+  EXPECT_EQ(fmi2SetTime(host.fmu, 1.0), fmi2OK);
+  EXPECT_EQ(fmi2SetTime(host.fmu, 1.02), fmi2OK) << "as CVODE looks past the last point";
+  EXPECT_EQ(fmi2SetTime(host.fmu, 2.0), fmi2Error);
+  EXPECT_TRUE(host.said({"time 2 s", "stop time 1 s"}));
 }
 
 TEST_F(Exchange, OfWhatHasNoStatesEndsInitialisationWithTheReason) {
@@ -141,6 +164,7 @@ TEST_F(Exchange, DirectionalDerivativesLeaveNoTrace) {
   EXPECT_EQ(states(), x);
   EXPECT_EQ(host.get("reading"), reading);
   EXPECT_EQ(derivatives(), dx);
+  EXPECT_EQ(fmi2EnterEventMode(host.fmu), fmi2OK);
   host.set("breaking_force", 0.0);  // fails on one side only
   const auto u = reference("der(velocity[1])"), k = reference("force");
   const double seed = 1.0;
@@ -163,7 +187,7 @@ TEST_F(Exchange, DirectionalDerivativesRefuseOtherDirections) {
   EXPECT_TRUE(host.said({"mass is not known here"}));
   refuse("x", "x");
   refuse("force", "position[1]");
-  EXPECT_TRUE(host.said({"force is no unknown here"}));
+  EXPECT_TRUE(host.said({"force is not an unknown here"}));
   refuse("position[1]", "force");
   refuse("builds", "force");
 }

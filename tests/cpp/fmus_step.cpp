@@ -33,11 +33,38 @@ TEST_F(FreeMass, SeesInputsAsPolynomialsOfThirdOrder) {
   EXPECT_NEAR(host.get("v"), (impulse + end * h) / 2.0, 1e-15);
 }
 
-TEST_F(FreeMass, SettingAnInputDropsItsDerivatives) {
+TEST_F(FreeMass, TakesValueAndDerivativesOfAnInputInEitherOrder) {
   host.set_derivative("force", 1, 5.0);
   host.set("force", 1.0);
   EXPECT_EQ(host.step(0.0, 1.0), fmi2OK);
-  EXPECT_NEAR(host.get("v"), 0.5, 1e-15);
+  EXPECT_NEAR(host.get("v"), (1.0 + 2.5) / 2.0, 1e-15);
+  host.set("force", 0.0);
+  EXPECT_EQ(host.step(1.0, 1.0), fmi2OK) << "derivatives hold for one step";
+  EXPECT_NEAR(host.get("v"), (1.0 + 2.5) / 2.0, 1e-15);
+}
+
+TEST_F(FreeMass, DiscardsAStepInWhichDerivativesTakeAnInputOutOfItsRange) {
+  host.set("force", 0.0);  // range -1e5 to 1e5
+  host.set_derivative("force", 1, 3e5);
+  EXPECT_EQ(host.step(0.0, 1.0), fmi2Discard);
+  EXPECT_TRUE(host.said({"force", "3e+05", "1e+05", "smaller"}));
+  double reached = kNaN;
+  EXPECT_EQ(fmi2GetRealStatus(host.fmu, fmi2LastSuccessfulTime, &reached), fmi2OK);
+  EXPECT_EQ(reached, 0.0);
+  EXPECT_EQ(host.get("v"), 0.0);
+  EXPECT_EQ(host.get("force"), 0.0);
+  EXPECT_EQ(host.step(0.0, 1e-4), fmi2OK) << host.last();  // the remedy
+  // Inside at both ends, outside between them.
+  host.set("force", 0.0);
+  host.set_derivative("force", 1, 4.8e5);
+  host.set_derivative("force", 2, -9.6e5);
+  EXPECT_EQ(host.step(1e-4, 1.0), fmi2Discard) << "120000 N at 0.5 s";
+  // Beyond all doubles, for an input without a range.
+  Host other;
+  other.start();
+  other.set_derivative("bias", 3, 1e308);
+  EXPECT_EQ(other.step(0.0, 100.0), fmi2Discard);
+  EXPECT_TRUE(other.said({"bias", "inf"}));
 }
 
 TEST_F(FreeMass, RefusesInputDerivativesThatAreNone) {
@@ -63,9 +90,61 @@ TEST_F(FreeMass, GivesOutputDerivativesOfFirstOrder) {
   double rate = kNaN;
   EXPECT_EQ(fmi2GetRealOutputDerivatives(host.fmu, &x, 1, &first, &rate), fmi2OK);
   EXPECT_EQ(rate, host.get("v"));
-  EXPECT_EQ(fmi2GetRealOutputDerivatives(host.fmu, &x, 1, &second, &rate), fmi2Error);
-  EXPECT_EQ(fmi2GetRealOutputDerivatives(host.fmu, &v, 1, &first, &rate), fmi2Error);
-  EXPECT_TRUE(host.said({"v", "order 1"}));
+  EXPECT_EQ(fmi2GetRealOutputDerivatives(host.fmu, &x, 1, &second, &rate), fmi2OK);
+  EXPECT_EQ(rate, 0.0) << "beyond maxOutputDerivativeOrder";
+  EXPECT_EQ(fmi2GetRealOutputDerivatives(host.fmu, &v, 1, &first, &rate), fmi2OK);
+  EXPECT_NEAR(rate, 4.0 / 2.0, 1e-11);
+  const int none = 0;
+  EXPECT_EQ(fmi2GetRealOutputDerivatives(host.fmu, &x, 1, &none, &rate), fmi2Error);
+  const fmi2ValueReference input = reference("force");
+  EXPECT_EQ(fmi2GetRealOutputDerivatives(host.fmu, &input, 1, &first, &rate), fmi2Error);
+  EXPECT_TRUE(host.said({"force", "not an output"}));
+}
+
+/// Of both schemes: one has states to differentiate along, the other is stepped on.
+TEST(OutputDerivatives, FollowInputsThatActAtOnce) {
+  for (const int scheme : {1, 2}) {
+    Host host;
+    host.set_integer("scheme", scheme);
+    host.start();
+    host.set("bias", 0.5);
+    host.set_derivative("bias", 1, 3.0);
+    host.set("force", 2.0);
+    EXPECT_EQ(host.step(0.0, 0.25), fmi2OK);
+    const double before = host.get("reading");
+    const fmi2ValueReference vr[] = {reference("reading"), reference("v")};
+    const int orders[] = {1, 1};
+    double rates[2] = {kNaN, kNaN};
+    ASSERT_EQ(fmi2GetRealOutputDerivatives(host.fmu, vr, 2, orders, rates), fmi2OK) << host.last();
+    EXPECT_NEAR(rates[0], host.get("v") + 3.0, 1e-6);
+    EXPECT_NEAR(rates[1], 2.0 - 4.0 * host.get("x") - 0.1 * host.get("v"), 1e-6);  // one mass, one spring
+    EXPECT_EQ(host.get("reading"), before) << "and leave no trace";
+    EXPECT_EQ(host.step(0.25, 0.25), fmi2OK);
+  }
+}
+
+TEST(Values, ThatAreNotFiniteNeverLeaveWithOk) {
+  Host host;
+  host.set("bias", 1.7e308);  // the start position too: reading = x + bias is beyond all doubles
+  host.start();
+  const auto vr = reference("reading");
+  double value = 0.0;
+  EXPECT_EQ(fmi2GetReal(host.fmu, &vr, 1, &value), fmi2Discard);
+  EXPECT_TRUE(host.said({"reading", "not finite"}));
+  EXPECT_EQ(host.get("x"), 1.7e308);
+}
+
+TEST(Clock, AllowsRoundingButNoMoreThanAShareOfTheStep) {
+  Host host;
+  fmi2SetupExperiment(host.fmu, fmi2False, 0.0, 1.7e9, fmi2False, 0.0);  // seconds since 1970
+  host.start();
+  double t = 1.7e9;
+  const double h = 1e-3;
+  for (int i = 0; i < 2000; ++i, t += h) ASSERT_EQ(host.step(t, h), fmi2OK) << host.last();
+  EXPECT_EQ(host.step(t + 0.1 * h, h), fmi2Error) << "2000 roundings of 1.7e9 s would exceed the step itself";
+  EXPECT_TRUE(host.said({"communication point"}));
+  EXPECT_EQ(host.step(t, 1e-7), fmi2Error);
+  EXPECT_TRUE(host.said({"rounding", "start the clock near 0"}));
 }
 
 TEST_F(FreeMass, DiscardedStepIsValidAtTheLastSuccessfulTimeAndCanBeFinished) {
@@ -150,9 +229,9 @@ TEST_F(FreeMass, AnExceptionOfNoKnownTypeIsFatalToTheInstanceOnly) {
 }
 
 TEST_F(FreeMass, RefusesTimesAndStepSizesThatAreNone) {
-  for (const double h : {0.0, -0.1, kNaN, kInfinity}) {
+  for (const double h : {0.0, -0.1, kNaN, kInfinity, 5e-324, 1e300}) {
     EXPECT_EQ(host.step(0.0, h), fmi2Error);
-    EXPECT_TRUE(host.said({"step size", "above 0"}));
+    EXPECT_TRUE(host.said({"step size", "allowed: 1e-40 s to 1e+40 s"}));
   }
   for (const double t : {0.1, -0.1, kNaN, kInfinity}) EXPECT_EQ(host.step(t, 0.1), fmi2Error);
   EXPECT_EQ(host.step(0.1, 0.1), fmi2Error);

@@ -144,12 +144,40 @@ TEST(Experiment, SetsTimeStopAndTolerance) {
   EXPECT_EQ(host.step(5.2, 0.05), fmi2OK);
 }
 
+TEST(Experiment, TakesTheNearestToleranceThatIsAllowed) {
+  for (const auto& [asked, used] : {std::pair{1e-14, 1e-12}, std::pair{1.0, 1e-2}, std::pair{1e-4, 1e-4}}) {
+    Host host(true);
+    EXPECT_EQ(fmi2SetupExperiment(host.fmu, fmi2True, asked, 0.0, fmi2False, 0.0), fmi2OK);
+    EXPECT_TRUE(asked == used || host.said({"tolerance", "nearest"}));
+    host.start();
+    EXPECT_EQ(host.get("tolerance"), used);
+  }
+}
+
+TEST(Experiment, LeavesAToleranceThatTheHostSetItself) {
+  Host host(true), later;
+  host.set("tolerance", 1e-3);
+  EXPECT_EQ(fmi2SetupExperiment(host.fmu, fmi2True, 1e-5, 0.0, fmi2False, 0.0), fmi2OK);
+  EXPECT_TRUE(host.said({"1e-05", "not used", "0.001"}));
+  ASSERT_EQ(later.restore(host.bytes()), fmi2OK);
+  EXPECT_EQ(fmi2SetupExperiment(later.fmu, fmi2True, 1e-5, 0.0, fmi2False, 0.0), fmi2OK);
+  for (Host* each : {&host, &later}) {
+    each->start();
+    EXPECT_EQ(each->get("tolerance"), 1e-3);
+  }
+  EXPECT_EQ(fmi2Reset(host.fmu), fmi2OK);
+  EXPECT_EQ(fmi2SetupExperiment(host.fmu, fmi2True, 1e-5, 0.0, fmi2False, 0.0), fmi2OK);
+  host.start();
+  EXPECT_EQ(host.get("tolerance"), 1e-5) << "after a reset nothing is set";
+}
+
 TEST(Experiment, RefusesTimesThatAreNone) {
   Host host;
   EXPECT_EQ(fmi2SetupExperiment(host.fmu, fmi2False, 0.0, kNaN, fmi2False, 0.0), fmi2Error);
   EXPECT_EQ(fmi2SetupExperiment(host.fmu, fmi2False, 0.0, 1.0, fmi2True, 0.5), fmi2Error);
-  EXPECT_EQ(fmi2SetupExperiment(host.fmu, fmi2True, 1.0, 0.0, fmi2False, 0.0), fmi2Error);
-  EXPECT_TRUE(host.said({"tolerance = 1 refused"}));
+  for (const double tolerance : {0.0, -1e-3, kNaN, kInfinity})
+    EXPECT_EQ(fmi2SetupExperiment(host.fmu, fmi2True, tolerance, 0.0, fmi2False, 0.0), fmi2Error);
+  EXPECT_TRUE(host.said({"tolerance inf", "finite one above 0"}));
 }
 
 TEST(Log, CategoriesAreSwitchedOnAndOff) {

@@ -34,8 +34,11 @@ class Host {
   explicit Host(bool debug = false, fmi2Type type = fmi2CoSimulation) {
     callbacks.logger = take;
     callbacks.componentEnvironment = this;
-    fmu = fmi2Instantiate("probe", type, fmu::Blueprint::get().guid.c_str(), nullptr, &callbacks, fmi2False, debug);
+    fmu = fmi2Instantiate("probe", type, fmu::Blueprint::get().guid.c_str(), nullptr, &callbacks, fmi2False, fmi2True);
     EXPECT_NE(fmu, nullptr);
+    const fmi2String events = "logEvents";
+    if (debug) return;
+    EXPECT_EQ(fmi2SetDebugLogging(fmu, fmi2False, 1, &events), fmi2OK);
   }
   Host(const Host&) = delete;
   ~Host() { fmi2FreeInstance(fmu); }

@@ -136,9 +136,13 @@ std::vector<Variable> variables() {
   table.output("reading", d.reading, "m", "x + bias").depends({"bias", "position"});
   table.output("builds", d.builds, "", "How often build() ran");
   for (std::size_t i = 0; i < probe::kMostMasses; ++i)
-    table.state(indexed("position", i), "m", "m/s", "Displacement of a body").depends({indexed("velocity", i)});
+    table.state(indexed("position", i), "m", "m/s", "Displacement of a body")
+        .starts_from({"bias"})
+        .depends({indexed("velocity", i)});
   for (std::size_t i = 0; i < probe::kMostMasses; ++i)
-    table.state(indexed("velocity", i), "m/s", "m/s2", "Velocity of a body").depends({"position", "velocity", "force"});
+    table.state(indexed("velocity", i), "m/s", "m/s2", "Velocity of a body")
+        .starts_from({})
+        .depends({"position", "velocity", "force"});
   return std::move(table).rows();
 }
 
