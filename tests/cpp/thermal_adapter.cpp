@@ -96,7 +96,7 @@ TEST(ThermalModel, NoNumberBeyondAllBoundsComesOut) {
     Bench bench(p);
     bench.data().V[0][0] = 1e200;  // its square is beyond all doubles
     EXPECT_TRUE(bench.model.step(0.0, 1.0).status.is_error()) << "level " << static_cast<int>(level);
-    EXPECT_TRUE(bench.model.evaluate(0.0).is_error()) << "level " << static_cast<int>(level);
+    EXPECT_TRUE(bench.model.evaluate(0.0).is_discard()) << "level " << static_cast<int>(level);
   }
 }
 

@@ -25,7 +25,7 @@ struct Data {
   double T_max = 298.15;         // [K]
   double T_surface = 298.15;     // [K]
   double reduction_bound = 0.0;  // [K]
-  int reduction_states = 0;
+  double reduction_states = 0.0;
 };
 
 }  // namespace thermal

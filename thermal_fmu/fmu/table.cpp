@@ -90,13 +90,19 @@ void outputs(Table<Data>& table, const Data& data) {
   table.output("Q_loss", data.Q_loss, "W", "Heat flow from the surface to the surroundings")
       .depends({"T_ambient", "mode"});
   table.output("E_stored", data.E_stored, "J", "Heat stored since the uniform temperature T_0").depends({"mode"});
-  table.output("T_max", data.T_max, "K", "Highest temperature in the TCAs and on the surface")
+  table
+      .output("T_max", data.T_max, "K",
+              "Highest temperature in the TCAs and on the surface: the maximum of the field, not of its nodes")
       .nominal(300.0)
       .depends({"mode"});
   table.output("T_surface", data.T_surface, "K", "Mean temperature of the surface").nominal(300.0).depends({"mode"});
-  table.output("reduction.bound", data.reduction_bound, "K",
-               "No T[i] has been further than this from the same mesh unreduced (given the powers P so far)");
-  table.output("reduction.states", data.reduction_states, "", "Number of states of the chosen level").nominal(10.0);
+  table
+      .output(
+          "reduction.bound", data.reduction_bound, "K",
+          "Bound of the error of every T[i] so far, against the same mesh unreduced; a warning says where it or the "
+          "mesh misses `tolerance`")
+      .difference();
+  table.output("reduction.states", data.reduction_states, "1", "Number of states of the chosen level").nominal(10.0);
 }
 
 void states(Table<Data>& table) {
@@ -105,6 +111,8 @@ void states(Table<Data>& table) {
         .state(indexed("mode", k), "K", "K/s",
                "Amplitude of a mode of the levels reduced and lumped; a uniform rise of 1 K has amplitudes whose "
                "squares sum to 1")
+        .difference()
+        .starts_from({})  // uniform at T_0 whatever the inputs
         .depends({"mode", "V", "delta", "T_ambient"});
   }
 }

@@ -16,15 +16,23 @@ namespace {
 constexpr double kHottest = 373.15;           // where the paper's assumptions end [K]
 constexpr double kReferenceTolerance = 1e-4;  // of the model that `lumped` is compared with
 
-std::unique_ptr<HeatLevel> make_level(const HeatMatrices& matrices, const Parameters& p) {
-  switch (p.level) {
-    case Level::full:
-      return std::make_unique<FullLevel>(matrices, p);
-    case Level::reduced:
-      return std::make_unique<ModalLevel>(reduced(matrices, p.tolerance), p);
-    default:
-      return std::make_unique<ModalLevel>(lumped(matrices, reduced(matrices, kReferenceTolerance)), p);
-  }
+constexpr unsigned kHotWarning = 0, kAccuracyWarning = 1;  // bits of Model::warn_once
+
+/// "asked, reached" for a quantity in units of the rise that tolerances refer to.
+std::string shortfall(const char* what, double asked, double reached, const char* remedy) {
+  std::ostringstream text;
+  text << what << ": tolerance asks for " << asked << " of the rise of a heated TCA, reached is " << reached << "; "
+       << remedy;
+  return text.str();
+}
+
+/// The error of the mesh belongs to the bound where it is not below the tolerance.
+void include_mesh_error(const HeatMatrices& matrices, double tolerance, ModalModel& model) {
+  if (!(matrices.error > tolerance)) return;
+  const Eigen::Index n = static_cast<Eigen::Index>(kTcas);
+  model.step_bound.leftCols(n).colwise() += matrices.error * model.reference;
+  model.step_bound.rightCols(1).array() += matrices.error;  // 1 K of the surroundings in the end is 1 K everywhere
+  model.bound += matrices.error;
 }
 
 }  // namespace
@@ -32,14 +40,33 @@ std::unique_ptr<HeatLevel> make_level(const HeatMatrices& matrices, const Parame
 Status ThermalModel::build() {
   core::Result<HeatMatrices> matrices = resolved_matrices(data_.parameters);
   if (!matrices.status.is_ok()) return std::move(matrices.status);
-  level_ = make_level(matrices.value, data_.parameters);
+  const Parameters& p = data_.parameters;
+  accuracy_.clear();
+  if (matrices.value.error > p.tolerance)
+    accuracy_ = shortfall("the mesh ends at its highest order", p.tolerance, matrices.value.error,
+                          "enlarge tca.outer_radius or the gaps between TCAs, or loosen tolerance");
+  if (p.level == Level::full) {
+    level_ = std::make_unique<FullLevel>(matrices.value, p);
+  } else {
+    ModalModel model = p.level == Level::reduced ? reduced(matrices.value, p.tolerance)
+                                                 : lumped(matrices.value, reduced(matrices.value, kReferenceTolerance));
+    include_mesh_error(matrices.value, p.tolerance, model);
+    if (accuracy_.empty() && model.bound > p.tolerance)
+      accuracy_ =
+          p.level == Level::reduced
+              ? shortfall("level = reduced ends at its largest search space", p.tolerance, model.bound,
+                          "loosen tolerance or choose level = full; reduction.bound holds")
+              : shortfall("level = lumped is a network of few nodes", p.tolerance, model.bound,
+                          "choose level = reduced, or tolerance = 0.1 where this is enough; reduction.bound holds");
+    level_ = std::make_unique<ModalLevel>(std::move(model), p);
+  }
   memory_.assign(level_->state_size(), 0.0);
   return {};
 }
 
 Status ThermalModel::initialise(double) {
   std::fill(memory_.begin(), memory_.end(), 0.0);
-  has_warned_ = false;
+  if (!accuracy_.empty()) warn_once(kAccuracyWarning, [&] { return accuracy_; });
   return {};
 }
 
@@ -56,7 +83,7 @@ fmu::StepResult ThermalModel::step(double t, double h) {
   if (status.is_ok()) return {t + h, {}};
   std::ostringstream where;
   where << "heat, step from t = " << t << " s of " << h << " s";
-  return {t, std::move(status).at(where.str()).as_error()};
+  return {t, std::move(status).at(where.str())};
 }
 
 Status ThermalModel::check_states() const {
@@ -80,8 +107,7 @@ Status ThermalModel::rates(double, std::span<double> dx) { return level_->rates(
 Status ThermalModel::evaluate(double t) {
   const double T_0 = data_.parameters.T_0;
   Observation seen;
-  if (Status status = level_->observe(memory_, drive(), seen); !status.is_ok())
-    return std::move(status).at("heat, t = " + std::to_string(t) + " s").as_error();
+  if (Status status = level_->observe(memory_, drive(), seen); !status.is_ok()) return std::move(status).at("heat");
   for (std::size_t i = 0; i < kTcas; ++i) data_.T[i] = T_0 + seen.rise[i];
   data_.T_rate = seen.rate;
   data_.P = seen.power;
@@ -90,14 +116,14 @@ Status ThermalModel::evaluate(double t) {
   data_.T_max = T_0 + seen.max_rise;
   data_.T_surface = T_0 + seen.surface_rise;
   data_.reduction_bound = seen.bound;
-  data_.reduction_states = level_->unknowns();
-  if (data_.T_max > kHottest && !has_warned_) {
-    has_warned_ = true;
-    std::ostringstream text;
-    text << "t = " << t << " s: the hottest point of the section is at " << data_.T_max - 273.15
-         << " degC, above 100 degC the model's assumptions end; reduce the voltages";
-    warn(text.str());
-  }
+  data_.reduction_states = static_cast<double>(level_->unknowns());
+  if (data_.T_max > kHottest)
+    warn_once(kHotWarning, [&] {
+      std::ostringstream text;
+      text << "t = " << t << " s: the hottest point of the section is at " << data_.T_max - 273.15
+           << " degC, above 100 degC the model's assumptions end; reduce the voltages";
+      return text.str();
+    });
   return {};
 }
 

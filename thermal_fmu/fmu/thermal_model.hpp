@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "fmu/data.hpp"
@@ -33,7 +34,7 @@ class ThermalModel final : public fmu::Model {
   Data data_;
   std::unique_ptr<HeatLevel> level_;
   std::vector<double> memory_;
-  bool has_warned_ = false;
+  std::string accuracy_;  // what a search that ended at its cap asked for and reached; empty: all was reached
 };
 
 }  // namespace thermal

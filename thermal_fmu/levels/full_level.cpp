@@ -20,7 +20,8 @@ using Eigen::VectorXd;
 
 constexpr Index kN = static_cast<Index>(kTcas);
 constexpr double kLocalShare = 0.2;  // of the tolerance, for the error of one internal step
-constexpr long kMostSteps = 100000;  // internal steps in one call
+constexpr long kMostSteps = 5000;    // internal steps in one call: bounds its work to a few seconds
+constexpr long kManySteps = 500;     // so many are worth a look at the resistances in each further one
 constexpr double kUnitRise = 1.0;    // rises below this are held to absolute accuracy [K]
 
 }  // namespace
@@ -42,7 +43,6 @@ struct FullLevel::Integrator {
     ARKStepSVtolerances(arkode, 1e-6, sundials.absolute);
     ARKStepSetLinearSolver(arkode, sundials.solver, nullptr);
     ARKStepSetTableName(arkode, "ARKODE_ESDIRK436L2SA_6_3_4", "ARKODE_ERK_NONE");
-    ARKStepSetMaxNumSteps(arkode, kMostSteps);
     ARKStepSetDeduceImplicitRhs(arkode, 1);
     if (!system.circuit.has_feedback()) ARKStepSetLinear(arkode, 0);
   }
@@ -73,7 +73,10 @@ struct FullLevel::Integrator {
     ARKStepSetInitStep(arkode, std::min(hint, h));
     ARKStepSetStopTime(arkode, h);
     sunrealtype reached = 0.0, longest = 0.0;
-    while (reached < h) {
+    for (long steps = 0; reached < h; ++steps) {
+      if (steps > kManySteps)
+        if (Status status = explain(reached); !status.is_ok()) return status;
+      if (steps == kMostSteps) return too_much_work(reached);
       const int flag = ARKStepEvolve(arkode, h, sundials.x, &reached, ARK_ONE_STEP);
       if (flag < 0) return failure(flag, reached);
       ++system.counts.steps;
@@ -88,15 +91,27 @@ struct FullLevel::Integrator {
     return {};
   }
 
-  Status failure(int flag, double reached) {
-    // The powers at the point reached, where they are the cause.
+  Status too_much_work(double reached) const {
+    return Status::discard(
+        std::to_string(kMostSteps) + " internal steps reached only " + std::to_string(reached) + " s into the step",
+        "take shorter steps, loosen tolerance or choose level = reduced");
+  }
+
+  /// The resistance or power that is at fault at the point reached; success where none is.
+  Status explain(double reached) {
+    PerTca rise{}, delta{};
     for (Index i = 0; i < kN; ++i) {
-      const double rise = system.load.col(i).dot(view(sundials.x));
+      rise[i] = system.load.col(i).dot(view(sundials.x));
+      delta[i] = core::value(drive->delta[i], reached);
       double power = 0.0;
-      Status status = system.circuit.power(i, core::value(drive->V[i], reached), rise,
-                                           core::value(drive->delta[i], reached), power);
-      if (!status.is_ok()) return status;
+      Status status = system.circuit.power(i, core::value(drive->V[i], reached), rise[i], delta[i], power);
+      if (!status.is_ok()) return std::move(status).as_error();
     }
+    return system.circuit.explain(rise, delta).as_error();
+  }
+
+  Status failure(int flag, double reached) {
+    if (Status status = explain(reached); !status.is_ok()) return status;
     char* name = ARKStepGetReturnFlagName(flag);
     const std::string what = "SUNDIALS ARKODE stopped " + std::to_string(reached) + " s into the step: " + name;
     std::free(name);

@@ -1,7 +1,5 @@
 #include "levels/full_system.hpp"
 
-#include <algorithm>
-
 #include "levels/polynomials.hpp"
 
 namespace thermal {
@@ -20,13 +18,26 @@ FullSystem::FullSystem(const HeatMatrices& m, const Parameters& parameters)
       load(root.cwiseInverse().asDiagonal() * m.loads),
       a_((root.cwiseInverse().asDiagonal() * m.stiffness * root.cwiseInverse().asDiagonal()).eval()),
       probes_(m.probes),
+      peak_(m.probe_patches, static_cast<int>(m.probes.size()), m.order),
+      peak_values_(static_cast<Index>(m.probes.size())),
       surface_conductance_(m.surface_conductance),
-      permuted_(m.size()) {
+      permuted_(m.size()),
+      is_insulated_(m.is_insulated) {
   factor_.analyzePattern(a_);
+  if (!is_insulated_) return;
+  uniform_ = root.normalized();
+  loss_ = load.col(kN) / root.norm();
 }
 
 Status FullSystem::slope(const Drive& drive, double s, const Eigen::Ref<const Vector>& x, Eigen::Ref<Vector> out) {
-  out.noalias() = a_ * x;
+  if (is_insulated_) {
+    const double mean = uniform_.dot(x);
+    out.noalias() = a_ * (x - mean * uniform_);
+    out += mean * loss_;
+    out += (loss_.dot(x) - uniform_.dot(out)) * uniform_;
+  } else {
+    out.noalias() = a_ * x;
+  }
   out = load.col(kN) * value(drive.ambient_rise, s) - out;
   for (Index i = 0; i < kN; ++i) {
     const double rise = circuit.has_feedback() ? load.col(i).dot(x) : 0.0;
@@ -53,6 +64,8 @@ bool FullSystem::solve(double gamma, const Eigen::Ref<const Vector>& b, Eigen::R
   permuted_.array() *= inverse_pivots_.array();
   factor_.matrixU().solveInPlace(permuted_);
   x.noalias() = factor_.permutationPinv() * permuted_;
+  if (is_insulated_)  // the balance of heat, u' (1 + gamma A) x = u' b
+    x += (uniform_.dot(b) - uniform_.dot(x) - gamma * loss_.dot(x)) / (1.0 + gamma * loss_.dot(uniform_)) * uniform_;
   return true;
 }
 
@@ -68,8 +81,9 @@ Status FullSystem::observe(const Eigen::Ref<const Vector>& x, const Drive& drive
   seen.loss = surface - surface_conductance_ * drive.ambient_rise[0];
   seen.surface_rise = surface / surface_conductance_;
   seen.stored = root.dot(x);
-  seen.max_rise = -1e300;
-  for (const int node : probes_) seen.max_rise = std::max(seen.max_rise, x[node] / root[node]);
+  for (std::size_t k = 0; k < probes_.size(); ++k)
+    peak_values_[static_cast<Index>(k)] = x[probes_[k]] / root[probes_[k]];
+  seen.max_rise = peak_.of(peak_values_);
   return {};
 }
 

@@ -42,10 +42,16 @@ class FullSystem {
 
   SparseMatrix a_;
   std::vector<int> probes_;
+  Peak peak_;
+  Vector peak_values_;  // scratch
   double surface_conductance_;
   Eigen::SimplicialLDLT<SparseMatrix> factor_;  // of a + 1/gamma
   double gamma_ = 0.0;
   Vector inverse_pivots_, permuted_;
+  // Insulated sections: A conserves heat only to rounding of the conduction, which may exceed the convection. With the
+  // uniform unit vector u, A u = loss is known exactly.
+  bool is_insulated_;
+  Vector uniform_, loss_;  // u; empty unless insulated
 };
 
 }  // namespace thermal

@@ -1,6 +1,5 @@
-// One level of the heat model, whatever its size: what drives it, what is seen of it, how it advances.
-// Its state is a vector of doubles owned by the caller; a level itself keeps only scratch that follows from its
-// arguments.
+// Interface of a level of the heat model: inputs (Drive), outputs (Observation), time step.
+// The state is a vector of doubles owned by the caller; a level keeps only scratch that follows from its arguments.
 #pragma once
 
 #include <array>
@@ -30,7 +29,7 @@ struct Observation {
   double stored = 0.0;        // since the uniform T_0 [J]
   double max_rise = 0.0;      // in TCAs and on the surface [K]
   double surface_rise = 0.0;  // mean [K]
-  double bound = 0.0;         // no T_i was further than this from the same mesh unreduced, given the powers so far [K]
+  double bound = 0.0;         // of the error of every T_i so far against the same mesh unreduced [K]
 };
 
 class HeatLevel {
@@ -44,19 +43,19 @@ class HeatLevel {
   /// From the start of the drive to `h` [s] later. `tolerance` matters where time is not exact. Fails when a resistance
   /// stops being positive or the integrator cannot go on; the state is then unspecified.
   virtual Status advance(std::span<double> state, const Drive& drive, double h, double tolerance) = 0;
-  /// What is seen at the start of the drive.
+  /// Writes the outputs at the start of the drive.
   virtual Status observe(std::span<const double> state, const Drive& drive, Observation& seen) = 0;
 
-  // The same level as differential equations, where it is small enough to be shown: amplitudes of its modes, as rises
-  // in kelvin that a uniform one is spread over.
+  // The level as differential equations, for model exchange: amplitudes of its modes [K], scaled so that a uniform rise
+  // of 1 K has amplitudes whose squares sum to 1.
 
-  /// How many; 0: not shown.
+  /// Number of amplitudes; 0 where the level is not offered in this form.
   virtual std::size_t amplitudes() const { return 0; }
   virtual void get_amplitudes(std::span<const double> /*state*/, std::span<double> /*x*/) const {}
   virtual void set_amplitudes(std::span<double> /*state*/, std::span<const double> /*x*/) const {}
   /// Their rates at the start of the drive [K/s].
   virtual Status rates(std::span<const double> /*state*/, const Drive&, std::span<double> /*dx*/) { return {}; }
-  /// Counts the way of the powers since they were last looked at towards Observation::bound.
+  /// Adds the change of the powers since the last call to what Observation::bound is proportional to.
   virtual Status note_powers(std::span<double> /*state*/, const Drive&) { return {}; }
 };
 

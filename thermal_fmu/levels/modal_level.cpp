@@ -15,9 +15,11 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr Index kN = static_cast<Index>(kTcas);
-constexpr int kDeepest = 24;     // halvings of a step with feedback
-constexpr int kIterations = 60;  // of the powers, at most
-constexpr double kSame = 1e-14;  // relative change at which the powers are settled
+constexpr int kDeepest = 24;       // halvings of a step with feedback
+constexpr int kMostParts = 20000;  // parts of a step with feedback: bounds the work of a call to about a second
+constexpr double kHottest = 1e6;   // rise [K] beyond which a host's integration is taken to have diverged
+constexpr int kIterations = 60;    // of the powers, at most
+constexpr double kSame = 1e-14;    // relative change at which the powers are settled
 
 /// The points of a step with feedback, in units of its length, and what is read off the values there.
 struct Points {
@@ -53,6 +55,7 @@ ModalLevel::ModalLevel(ModalModel model, const Parameters& parameters)
       load_(model_.load),
       unit_(model_.capacity.norm()),
       circuit_(parameters),
+      T_0_(parameters.T_0),
       z_(model_.size()),
       probes_(model_.probe.rows()) {
   const Index n = model_.size();
@@ -97,12 +100,14 @@ Status ModalLevel::advance(std::span<double> memory, const Drive& drive, double 
   State state{Eigen::Map<VectorXd>(memory.data(), n), Eigen::Map<Channels>(memory.data() + n),
               Eigen::Map<Channels>(memory.data() + n + kChannels)};
   if (circuit_.has_feedback()) {
+    parts_ = 0;
     return advance_with_feedback(state, drive, 0.0, h, tolerance, 0);
   }
   Forcing forcing = Forcing::Zero();
   for (Index i = 0; i < kN; ++i) {
     double power_of_1_volt = 0.0;
-    if (Status status = circuit_.power(i, 1.0, 0.0, 0.0, power_of_1_volt); !status.is_ok()) return status;
+    if (Status status = circuit_.power(i, 1.0, 0.0, 0.0, power_of_1_volt); !status.is_ok())
+      return std::move(status).as_error();
     const Sextic v2 = square(drive.V[i]);
     for (int q = 0; q < kPowerTerms; ++q) forcing(i, q) = v2[q] * power_of_1_volt;
   }
@@ -199,13 +204,18 @@ Status ModalLevel::advance_with_feedback(State& state, const Drive& drive, doubl
     carry(state, c.carriers[kPoints - 1], forcing);
     return {};
   }
-  if (depth == kDeepest) {
+  if (depth == kDeepest || ++parts_ > kMostParts) {
+    PerTca rise{}, delta{};
     for (Index i = 0; i < kN; ++i) {
-      const double rise = load_.col(i).dot(state.z), delta = value(drive.delta[i], from + h);
-      if (!(circuit_.resistance(i, rise, delta) > 0.0)) return circuit_.not_positive(i, rise, delta);
+      rise[i] = load_.col(i).dot(state.z);
+      delta[i] = value(drive.delta[i], from + h);
     }
+    if (Status status = circuit_.explain(rise, delta); !status.is_ok()) return std::move(status).as_error();
+    if (depth < kDeepest)
+      return Status::discard("the step needs more than " + std::to_string(kMostParts) + " parts",
+                             "take shorter steps, or loosen tolerance");
     return Status::discard("powers and temperatures do not settle however short the step",
-                           "reduce tca.alpha_T, tca.beta or the voltages");
+                           "take shorter steps, or reduce tca.alpha_T, tca.beta or the voltages");
   }
   Status status = advance_with_feedback(state, drive, from, 0.5 * h, tolerance, depth + 1);
   if (!status.is_ok()) return status;
@@ -229,11 +239,25 @@ void ModalLevel::set_amplitudes(std::span<double> memory, std::span<const double
   for (Index k = 0; k < model_.size(); ++k) memory[k] = x[k] * unit_;
 }
 
+/// Refuses amplitudes that no heating reaches: temperatures below absolute zero or rises beyond kHottest. A host's
+/// explicit method with too long a step oscillates into both.
+Status ModalLevel::check_range(const Eigen::Ref<const VectorXd>& z) const {
+  for (Index i = 0; i < kN; ++i) {
+    const double rise = load_.col(i).dot(z);
+    if (rise >= -T_0_ && rise <= kHottest) continue;
+    return Status::discard("T[" + std::to_string(i + 1) + "] = " + std::to_string(T_0_ + rise) +
+                               " K, allowed is 0 to " + std::to_string(T_0_ + kHottest) + " K",
+                           "the host's integration has diverged: take shorter steps or a method for stiff equations");
+  }
+  return {};
+}
+
 Status ModalLevel::rates(std::span<const double> memory, const Drive& drive, std::span<double> dx) {
   const Index n = model_.size();
   const Eigen::Map<const VectorXd> z(memory.data(), n);
   Channels input;
   if (Status status = channels(z, drive, input); !status.is_ok()) return status;
+  if (Status status = check_range(z); !status.is_ok()) return status;
   Eigen::Map<VectorXd>(dx.data(), n) = (load_ * input - model_.rate.cwiseProduct(z)) / unit_;
   return {};
 }
@@ -267,7 +291,7 @@ Status ModalLevel::observe(std::span<const double> memory, const Drive& drive, O
   seen.surface_rise = surface / model_.surface_conductance;
   seen.stored = model_.capacity.dot(z);
   probes_.noalias() = model_.probe * z;
-  seen.max_rise = probes_.maxCoeff();
+  seen.max_rise = model_.peak.of(probes_);
   for (Index i = 0; i < kN; ++i) seen.bound = std::max(seen.bound, model_.step_bound.row(i).dot(travel));
   return {};
 }

@@ -47,7 +47,7 @@ class ModalLevel final : public HeatLevel {
     Eigen::Map<Channels> travel;
   };
 
-  /// What carries the modes over a time h: depends on h alone.
+  /// Propagator of the modes over a time h; depends on h alone.
   struct Carrier {
     double h = -1.0;
     Eigen::VectorXd decay;
@@ -55,7 +55,7 @@ class ModalLevel final : public HeatLevel {
     void prepare(const Eigen::VectorXd& rate, double h);
   };
 
-  /// What the points of a step of length h see of each other: the rise at point m, TCA i (row i + N m) from the power
+  /// Responses between the points of a step of length h: the rise at point m, TCA i (row i + N m) from the power
   /// at point n of TCA j (column j + N n).
   struct Collocation {
     double h = -1.0;
@@ -65,9 +65,11 @@ class ModalLevel final : public HeatLevel {
 
   void carry(State& state, const Carrier& carrier, const Forcing& forcing);
   Status advance_with_feedback(State& state, const Drive& drive, double from, double h, double tolerance, int depth);
+  /// Powers at the points of a step. False: they do not settle, or are not resolved; a shorter step may do.
   bool solve_powers(const State& state, const Drive& drive, double from, const Forcing& ambient,
                     const Collocation& collocation, double tolerance);
   Collocation& collocation(double h, int depth);
+  Status check_range(const Eigen::Ref<const Eigen::VectorXd>& z) const;
   /// Powers and ambient rise at the start of the drive.
   Status channels(const Eigen::Ref<const Eigen::VectorXd>& z, const Drive& drive, Channels& input) const;
 
@@ -75,6 +77,8 @@ class ModalLevel final : public HeatLevel {
   Loads load_;
   double unit_;  // amplitudes of a uniform rise of 1 K, together [sqrt(J/K)]
   Circuit circuit_;
+  double T_0_;
+  int parts_ = 0;  // of the present step with feedback
 
   // Scratch: follows from the arguments of advance and observe alone.
   Carrier carrier_;

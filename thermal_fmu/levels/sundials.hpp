@@ -1,4 +1,4 @@
-// SUNDIALS objects that free themselves, and vectors of it as Eigen sees them.
+// RAII for SUNDIALS objects, and its vectors as Eigen maps.
 #pragma once
 
 #include <nvector/nvector_serial.h>
@@ -20,7 +20,7 @@ Pointer check(Pointer pointer) {
   return pointer;
 }
 
-/// What every integrator of n unknowns is given: state, absolute tolerances, a linear solver that is a function.
+/// Objects that an integrator of n unknowns needs: state, absolute tolerances, a linear solver that is a function.
 struct Sundials {
   using Solve = int (*)(SUNLinearSolver, SUNMatrix, N_Vector, N_Vector, sunrealtype);
 

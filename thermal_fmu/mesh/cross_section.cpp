@@ -53,8 +53,8 @@ std::vector<std::size_t> sorted(const PerTca& azimuth) {
   return order;
 }
 
-/// Points along the bisector between two neighbours, from the axis to the rim: seen from either TCA they are evenly
-/// spread in angle, and the two, being mirror images, agree on them.
+/// Points along the bisector between two neighbours, from the axis to the rim, evenly spread in angle as seen from
+/// either TCA: the two are mirror images, so they agree on the points.
 std::vector<Vector2d> bisector(const Body& body, const Tca& tca, double azimuth, double gap) {
   const Vector2d axis = on_circle(tca.offset, azimuth);
   const double direction = azimuth + 0.5 * gap;
@@ -94,13 +94,16 @@ std::vector<Curve> rim_arcs(const Body& body, const Vector2d& axis, double from,
 }
 
 /// Ends of the ruled rings, as fractions of the way from the TCA's circle to the sector's boundary: two, and finer ones
-/// at the circle where the body around a TCA of little heat capacity matters from a thin layer on.
+/// at the circle where the body around a TCA of little heat capacity matters from a thin layer on, or where a TCA is so
+/// thin that a ring would span more than kWidestRatio of radii (the field goes as the logarithm of the radius).
 std::vector<double> ruled_rings(const Body& body, const Tca& tca) {
   constexpr double kFirst = 0.33, kFiner = 5.0, kThinnest = 1e-4;
   const double b = tca.outer_radius, a = tca.inner_radius;
   const double layer = tca.rho_c * (b * b - a * a) / (2.0 * b * body.rho_c);  // of body with a TCA's heat capacity [m]
   std::vector<double> ends{1.0, kFirst};
-  while (ends.back() * b > 3.0 * layer && ends.back() > kThinnest) ends.push_back(ends.back() / kFiner);
+  const double reach = body.radius / b - 1.0;  // longest way, in radii of the TCA
+  while ((ends.back() * b > 3.0 * layer || ends.back() * reach > kWidestRatio) && ends.back() > kThinnest)
+    ends.push_back(ends.back() / kFiner);
   ends.push_back(0.0);
   return {ends.rbegin(), ends.rend()};
 }

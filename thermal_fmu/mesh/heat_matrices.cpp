@@ -143,8 +143,22 @@ core::Result<HeatMatrices> heat_matrices(const Parameters& parameters, int order
   m.surface_conductance = m.loads.col(kChannels - 1).sum();
   m.stiffness.resize(count, count);
   m.stiffness.setFromTriplets(entries.begin(), entries.end());
+  std::vector<int> probe_of(count, -1);
   for (int i = 0; i < count; ++i)
-    if (is_probe[i]) m.probes.push_back(i);
+    if (is_probe[i]) {
+      probe_of[i] = static_cast<int>(m.probes.size());
+      m.probes.push_back(i);
+    }
+  m.order = order;
+  for (std::size_t k = 0; k < patches.size(); ++k) {
+    const int* node = number.data() + k * locals;
+    const bool is_tca = patches[k].tca >= 0;
+    if (!is_tca && !patches[k].is_at_surface) continue;
+    ProbePatch& patch = m.probe_patches.emplace_back();
+    patch.rows = static_cast<int>(n);
+    patch.columns = is_tca ? static_cast<int>(n) : 1;
+    for (Index i = is_tca ? 0 : n * (n - 1); i < locals; ++i) patch.probes.push_back(probe_of[node[i]]);
+  }
   return m;
 }
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "mesh/cross_section.hpp"
+#include "mesh/peak.hpp"
 #include "physics/parameters.hpp"
 
 namespace thermal {
@@ -20,6 +21,10 @@ struct HeatMatrices {
   Eigen::MatrixXd loads;                  // columns mean_1 .. mean_N [1], surface [W/K]
   double surface_conductance = 0.0;       // h times the surface's area, the sum of `surface` [W/K]
   std::vector<int> probes;                // nodes of the TCAs and of the surface, where T_max is looked for
+  std::vector<ProbePatch> probe_patches;  // elements and edges that they belong to
+  int order = 0;                          // of the elements
+  bool is_insulated = false;              // see insulated.hpp; set where the order is searched for
+  double error = 0.0;                     // estimate for any T_i, in units of the reference rise; 0: not estimated
 
   Eigen::Index size() const { return mass.size(); }
 };

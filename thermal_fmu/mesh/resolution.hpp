@@ -9,7 +9,7 @@ namespace thermal {
 inline constexpr int kLeastOrder = 3, kHighestOrder = 10;
 
 /// Matrices of the lowest order after which further orders are expected to change responses by at most `tolerance` of
-/// the steady rise, or of kHighestOrder. Fails as heat_matrices does.
+/// the reference rise, or of kHighestOrder; what is expected is in `error`. Fails as heat_matrices does.
 core::Result<HeatMatrices> resolved_matrices(const Parameters& parameters);
 
 }  // namespace thermal

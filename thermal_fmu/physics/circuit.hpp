@@ -34,11 +34,32 @@ class Circuit {
     return {};
   }
 
+  /// A resistance below this share of its reference value heats without bound (R -> 0, P = V^2/R): named a blow-up.
+  static constexpr double kBlowUp = 0.05;
+
+  /// Names the resistance that has vanished or is about to at these rises [K] and displacements [m]; success where none
+  /// is the cause of powers that do not settle.
+  template <class Rises, class Deltas>
+  core::Status explain(const Rises& rise, const Deltas& delta) const {
+    if (!has_feedback_) return {};
+    for (std::size_t i = 0; i < kTcas; ++i) {
+      const double ohm = resistance(i, rise[i], delta[i]);
+      if (!(ohm > 0.0)) return not_positive(i, rise[i], delta[i]);
+      if (ohm > kBlowUp * tca_.R[i]) continue;
+      std::ostringstream what;
+      what << "blow-up: the resistance of TCA " << i + 1 << " tends to 0 (" << ohm << " ohm at " << T_0_ + rise[i]
+           << " K and delta = " << delta[i] << " m, " << tca_.R[i]
+           << " ohm at tca.T_ref), its power grows without bound";
+      return core::Status::discard(what.str(), "reduce tca.alpha_T or tca.beta, or the voltage");
+    }
+    return {};
+  }
+
   /// The failure of a resistance that is not positive at this temperature rise [K] and displacement [m].
   core::Status not_positive(std::size_t i, double rise, double delta) const {
     std::ostringstream what;
-    what << "the resistance of TCA " << i + 1 << " is " << resistance(i, rise, delta) << " ohm at " << T_0_ + rise
-         << " K and delta = " << delta << " m, it must be positive";
+    what << "blow-up: the resistance of TCA " << i + 1 << " is " << resistance(i, rise, delta) << " ohm at "
+         << T_0_ + rise << " K and delta = " << delta << " m, it must be positive";
     return core::Status::discard(what.str(), "reduce tca.alpha_T or tca.beta, or the voltage");
   }
 

@@ -10,12 +10,15 @@
 // network as it is.
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
+#include <Eigen/QR>
 #include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <cmath>
 #include <utility>
 #include <vector>
 
+#include "mesh/insulated.hpp"
+#include "reduction/graded_eigen.hpp"
 #include "reduction/modal_model.hpp"
 
 namespace thermal {
@@ -73,16 +76,53 @@ MatrixXd nearest_network(const MatrixXd& R, double surface_conductance) {
   return conductance;
 }
 
+/// Eigenpairs of the scaled conductances: the uniform temperature, root.normalized(), is nearly one of an insulated
+/// section, and its image is known exactly.
+Eigenpairs network_modes(const MatrixXd& scaled, const VectorXd& root, double surface_conductance) {
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(scaled);
+  constexpr double kGraded = 1e-3;  // least eigenvalue by the next one
+  if (eigen.eigenvalues()[0] > kGraded * eigen.eigenvalues()[1]) return {eigen.eigenvalues(), eigen.eigenvectors()};
+  MatrixXd basis = MatrixXd::Identity(kNodes, kNodes);
+  basis.col(0) = root.normalized();
+  basis = Eigen::HouseholderQR<MatrixXd>(basis).householderQ();
+  if (basis(0, 0) < 0.0) basis.col(0) = -basis.col(0);
+  VectorXd image = VectorXd::Zero(kNodes);
+  image[kNodes - 1] = surface_conductance / (root[kNodes - 1] * root.norm());
+  MatrixXd turned = basis.transpose() * scaled * basis;
+  turned.col(0) = basis.transpose() * image;
+  turned.row(0) = turned.col(0).transpose();
+  const Eigenpairs graded = graded_eigenpairs(turned);
+  return {graded.values, basis * graded.vectors};
+}
+
 }  // namespace
 
 Network network(const HeatMatrices& matrices) {
+  constexpr Index kN = kNodes - 1;
   Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factor(matrices.stiffness);
   MatrixXd means = matrices.loads;
   means.rightCols(1) /= matrices.surface_conductance;
-  const MatrixXd responses = factor.solve(means);
-  const MatrixXd resistance = means.transpose() * responses;
+  MatrixXd responses = factor.solve(means);
+  MatrixXd resistance = means.transpose() * responses;
   Network net;
-  net.conductance = resistance.llt().solve(MatrixXd::Identity(kNodes, kNodes));
+  const bool is_split = is_insulated(resistance(0, 0), resistance(0, 0) - resistance(kN, 0));
+  if (is_split) {
+    // Rises above the surface's mean only: what the surface itself rises by, 1/(h S), is common to all nodes and leaves
+    // the conductances to the surface and the heat capacities as they are.
+    responses = MatrixXd::Zero(matrices.size(), kNodes);
+    responses.leftCols(kN) = rises_above_surface(matrices);
+    const MatrixXd above = (means.leftCols(kN).transpose() * responses.leftCols(kN)).eval();
+    const MatrixXd between = (0.5 * (above + above.transpose())).llt().solve(MatrixXd::Identity(kN, kN));
+    net.conductance.resize(kNodes, kNodes);
+    net.conductance.topLeftCorner(kN, kN) = between;
+    net.conductance.topRightCorner(kN, 1) = -between.rowwise().sum();
+    net.conductance.bottomLeftCorner(1, kN) = -between.colwise().sum();
+    net.conductance(kN, kN) = between.sum() + matrices.surface_conductance;
+    resistance.setZero();  // less what is common: only differences count
+    resistance.topLeftCorner(kN, kN) = above;
+  } else {
+    net.conductance = resistance.llt().solve(MatrixXd::Identity(kNodes, kNodes));
+  }
   net.conductance = 0.5 * (net.conductance + net.conductance.transpose()).eval();
   if (largest_between(net.conductance) > kRounding * net.conductance.maxCoeff())
     net.conductance = nearest_network(resistance, matrices.surface_conductance);
@@ -92,6 +132,7 @@ Network network(const HeatMatrices& matrices) {
   net.conductance(kNodes - 1, kNodes - 1) += matrices.surface_conductance;
 
   net.capacity = net.conductance * (responses.transpose() * matrices.mass);
+  if (is_split) net.capacity[kN] += matrices.mass.sum();  // of what is common: G (1/(h S)) 1 = e_S
   // What a mean of 1 K cannot do without, by Cauchy's inequality; these places do not overlap.
   const VectorXd least = (means.cwiseAbs2().transpose() * matrices.mass.cwiseInverse()).cwiseInverse();
   const VectorXd more = (net.capacity - least).cwiseMax(0.0);
@@ -103,13 +144,13 @@ ModalModel lumped(const HeatMatrices& matrices, const ModalModel& reference) {
   const Network net = network(matrices);
   const VectorXd root = net.capacity.cwiseSqrt();
   const MatrixXd scaled = root.cwiseInverse().asDiagonal() * net.conductance * root.cwiseInverse().asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(scaled);
+  const Eigenpairs eigen = network_modes(scaled, root, matrices.surface_conductance);
   ModalModel model;
-  model.rate = eigen.eigenvalues();
-  model.probe = root.cwiseInverse().asDiagonal() * eigen.eigenvectors();
+  model.rate = eigen.values;
+  model.probe = root.cwiseInverse().asDiagonal() * eigen.vectors;
   model.load = model.probe.transpose();
   model.load.rightCols(1) *= matrices.surface_conductance;
-  model.capacity = eigen.eigenvectors().transpose() * root;
+  model.capacity = eigen.vectors.transpose() * root;
   model.surface_conductance = matrices.surface_conductance;
 
   // Largest difference of step responses, on times so close that between two of them nothing hides (5 % apart, over all
@@ -122,6 +163,8 @@ ModalModel lumped(const HeatMatrices& matrices, const ModalModel& reference) {
         model.step_bound(i, j) = std::max(model.step_bound(i, j),
                                           std::abs(step_response(model, i, j, t) - step_response(reference, i, j, t)));
   model.step_bound += reference.step_bound;
+  model.reference = reference.reference;
+  model.bound = model.step_bound.leftCols(kTcas).diagonal().cwiseQuotient(model.reference).maxCoeff();
   return model;
 }
 

@@ -20,6 +20,8 @@
 #include <cmath>
 #include <vector>
 
+#include "mesh/insulated.hpp"
+#include "reduction/graded_eigen.hpp"
 #include "reduction/modal_model.hpp"
 
 namespace thermal {
@@ -87,23 +89,41 @@ Projection project(const SparseMatrix& a, const MatrixXd& b, const MatrixXd& bas
   return p;
 }
 
-/// The subspace W (orthonormal columns) of an already projected system.
-Projection project(const Projection& from, const MatrixXd& w) {
+/// The same for an insulated section, where the first basis vector is the uniform temperature and its image is known.
+Projection project(const SparseMatrix& a, const MatrixXd& b, const MatrixXd& basis, const VectorXd& first_image) {
+  MatrixXd image = a * basis;
+  image.col(0) = first_image;
+  MatrixXd small = basis.transpose() * image;
+  small.row(0) = small.col(0).transpose();
+  const Eigenpairs eigen = graded_eigenpairs(small);
+  Projection p{eigen.values, eigen.vectors.transpose() * (basis.transpose() * b), eigen.vectors, {}};
+  const MatrixXd residual = (image - basis * small) * p.vectors;
+  p.residual_gram = residual.transpose() * residual;
+  return p;
+}
+
+/// The subspace W (orthonormal columns) of an already projected system. `is_graded`: W is the first mode and others.
+Projection project(const Projection& from, const MatrixXd& w, bool is_graded) {
   const MatrixXd small = w.transpose() * from.rate.asDiagonal() * w;
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(small);
-  Projection p{eigen.eigenvalues(), {}, w * eigen.eigenvectors(), {}};
+  Projection p;
+  if (is_graded) {
+    const Eigenpairs eigen = graded_eigenpairs(small);
+    p = {eigen.values, {}, w * eigen.vectors, {}};
+  } else {
+    const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(small);
+    p = {eigen.eigenvalues(), {}, w * eigen.eigenvectors(), {}};
+  }
   p.load = p.vectors.transpose() * from.load;
   const MatrixXd inner = from.rate.asDiagonal() * p.vectors - p.vectors * p.rate.asDiagonal();
   p.residual_gram = p.vectors.transpose() * from.residual_gram * p.vectors + inner.transpose() * inner;
   return p;
 }
 
-/// Largest bound of the heated TCAs' own step errors, relative to their steady rises.
-double relative_bound(const Projection& p, const VectorXd& steady_rise) {
+/// Largest bound of the heated TCAs' own step errors, relative to their reference rises.
+double relative_bound(const Projection& p, const VectorXd& reference) {
   const VectorXd norms = p.residual_norms();
   double largest = 0.0;
-  for (Index i = 0; i < static_cast<Index>(kTcas); ++i)
-    largest = std::max(largest, norms[i] * norms[i] / steady_rise[i]);
+  for (Index i = 0; i < static_cast<Index>(kTcas); ++i) largest = std::max(largest, norms[i] * norms[i] / reference[i]);
   return largest;
 }
 
@@ -139,60 +159,114 @@ class Krylov {
   Eigen::SimplicialLDLT<SparseMatrix> factor_;
 };
 
+/// Steady responses A^-1 B and the scales that follow from them.
+struct Start {
+  MatrixXd steady;       // columns that span A^-1 B; the uniform temperature first where the section is insulated
+  VectorXd rise;         // steady rise of each channel in itself
+  VectorXd reference;    // of each TCA, see mesh/insulated.hpp
+  double slowest = 0.0;  // slowest rate that is not that of the section as a whole against the surroundings
+  bool is_insulated = false;
+};
+
+Start start(const HeatMatrices& matrices, Krylov& krylov) {
+  constexpr Index kN = static_cast<Index>(kTcas);
+  Start s;
+  s.steady = krylov.solve(0.0);
+  s.rise = (krylov.b().transpose() * s.steady).diagonal();
+  const VectorXd surface = (krylov.b().col(kN).transpose() * s.steady).transpose() / matrices.surface_conductance;
+  s.reference.resize(kN);
+  for (Index i = 0; i < kN; ++i) {
+    const double above = s.rise[i] - surface[i];
+    s.is_insulated = s.is_insulated || is_insulated(s.rise[i], above);
+    s.reference[i] = reference_rise(s.rise[i], above);
+  }
+  s.slowest = s.rise[0] / s.steady.col(0).squaredNorm() * (s.rise[0] / s.reference[0]);
+  if (!s.is_insulated) return s;
+  const VectorXd uniform = krylov.root().normalized();
+  s.steady.resize(krylov.root().size(), kN + 1);
+  s.steady.col(0) = uniform;
+  const MatrixXd above = rises_above_surface(matrices);
+  for (Index i = 0; i < kN; ++i) {
+    const VectorXd y = krylov.root().cwiseProduct(above.col(i));
+    const double internal = matrices.loads.col(i).dot(above.col(i));
+    s.steady.col(1 + i) = y - uniform * uniform.dot(y);
+    s.rise[i] = internal + 1.0 / matrices.surface_conductance;
+    s.reference[i] = kSurfaceShare * internal;
+  }
+  s.rise[kN] = matrices.surface_conductance;
+  s.slowest = 1.0 / (matrices.mass.sum() * s.reference[0]);
+  return s;
+}
+
+/// 1. A Krylov space whose bound is a tenth of the tolerance. Shifts span from the slowest rates to those of heat that
+/// crosses the thinnest length that still matters; where that is not enough, to faster ones.
+Projection krylov_space(Krylov& krylov, const Start& start, double tolerance, Basis& basis) {
+  constexpr int kFirst = 7, kMost = 40;  // shifts
+  constexpr int kRounds = 2;             // the second with faster shifts
+  constexpr double kFaster = 1e3;
+  const double lowest = 0.3 * start.slowest, highest = 3e4 * start.slowest;
+  const VectorXd uniform_image = krylov.b().rightCols(1) / krylov.root().norm();
+  basis.add(start.steady);
+  Projection whole;
+  for (int round = 0; round < kRounds; ++round) {
+    const double low = round == 0 ? lowest : highest, high = round == 0 ? highest : kFaster * highest;
+    for (int shifts = 0; shifts < (round == 0 ? kMost : kMost / 2);) {
+      const int until = shifts == 0 && round == 0 ? kFirst : shifts + 2;
+      for (; shifts < until; ++shifts) basis.add(krylov.solve(low * std::pow(high / low, spread(shifts))));
+      whole = start.is_insulated ? project(krylov.a(), krylov.b(), basis.columns(), uniform_image)
+                                 : project(krylov.a(), krylov.b(), basis.columns());
+      if (relative_bound(whole, start.reference) < 0.1 * tolerance) return whole;
+    }
+  }
+  return whole;
+}
+
 }  // namespace
 
 ModalModel reduced(const HeatMatrices& matrices, double tolerance) {
   Krylov krylov(matrices);
-  const MatrixXd steady = krylov.solve(0.0);
-  const VectorXd steady_rise = (krylov.b().transpose() * steady).diagonal();
-
-  // 1. Krylov space. Shifts span from the slowest rates to those of heat crossing the thinnest length that still
-  // matters.
-  const double slowest = steady_rise[0] / steady.col(0).squaredNorm();
-  const double lowest = 0.3 * slowest, highest = 3e4 * slowest;
+  const Start origin = start(matrices, krylov);
   Basis basis(matrices.size());
-  basis.add(steady);
-  constexpr int kFirst = 7, kMost = 40;
-  Projection whole;
-  for (int shifts = 0; shifts < kMost;) {
-    const int until = shifts == 0 ? kFirst : shifts + 2;
-    for (; shifts < until; ++shifts) {
-      basis.add(krylov.solve(lowest * std::pow(highest / lowest, spread(shifts))));
-    }
-    whole = project(krylov.a(), krylov.b(), basis.columns());
-    if (relative_bound(whole, steady_rise) < 0.1 * tolerance) break;
-  }
+  const Projection whole = krylov_space(krylov, origin, tolerance, basis);
 
-  // 2. Balanced directions. The surroundings' channel, slow and smooth, counts a tenth of a TCA's.
-  MatrixXd scaled = whole.load;
-  scaled.rightCols(1) *= 0.1 * std::sqrt(steady_rise.head(kTcas).maxCoeff() / steady_rise[kChannels - 1]);
-  const Index n = whole.rate.size();
-  MatrixXd gramian(n, n);
-  for (Index k = 0; k < n; ++k)
-    for (Index l = 0; l < n; ++l)
-      gramian(k, l) = scaled.row(k).dot(scaled.row(l)) /
-                      (std::sqrt(whole.rate[k] * whole.rate[l]) * (whole.rate[k] + whole.rate[l]));
+  // 2. Balanced directions. The surroundings' channel, slow and smooth, counts a tenth of a TCA's. The mode of an
+  // insulated section as a whole is kept as it is: it would hide all others.
+  const Index n = whole.rate.size(), kept_modes = origin.is_insulated ? 1 : 0, m = n - kept_modes;
+  const VectorXd rate = whole.rate.tail(m);
+  const MatrixXd load = whole.load.bottomRows(m);
+  MatrixXd scaled = load;
+  scaled.rightCols(1) *= 0.1 * std::sqrt(origin.rise.head(kTcas).maxCoeff() / origin.rise[kChannels - 1]);
+  MatrixXd gramian(m, m);
+  for (Index k = 0; k < m; ++k)
+    for (Index l = 0; l < m; ++l)
+      gramian(k, l) = scaled.row(k).dot(scaled.row(l)) / (std::sqrt(rate[k] * rate[l]) * (rate[k] + rate[l]));
   const Eigen::SelfAdjointEigenSolver<MatrixXd> balanced(gramian);
   const VectorXd strength = balanced.eigenvalues().reverse();
   const MatrixXd directions =
-      whole.rate.cwiseSqrt().cwiseInverse().asDiagonal() * balanced.eigenvectors().rowwise().reverse();
-  const MatrixXd steady_small = whole.rate.cwiseInverse().asDiagonal() * whole.load;
+      rate.cwiseSqrt().cwiseInverse().asDiagonal() * balanced.eigenvectors().rowwise().reverse();
+  const MatrixXd steady_small = rate.cwiseInverse().asDiagonal() * load;
 
   // 3. The fewest directions that keep the bound; directions of equal strength (symmetry) stay together.
   std::vector<Index> cuts;
-  for (Index r = 1; r < n; ++r)
+  for (Index r = 1; r < m; ++r)
     if (strength[r] < (1.0 - 1e-5) * strength[r - 1]) cuts.push_back(r);
-  cuts.push_back(n);
+  cuts.push_back(m);
+  const auto with_kept = [&](const MatrixXd& columns) {
+    MatrixXd result = MatrixXd::Zero(n, columns.cols());
+    result.bottomRows(m) = columns;
+    return result;
+  };
   const auto truncated = [&](Index r) {
     Basis small(n);
-    small.add(steady_small);
-    small.add(directions.leftCols(r));
-    return project(whole, small.columns());
+    if (origin.is_insulated) small.add(MatrixXd::Identity(n, 1));
+    small.add(with_kept(steady_small));
+    small.add(with_kept(directions.leftCols(r)));
+    return project(whole, small.columns(), origin.is_insulated);
   };
   std::size_t low = 0, high = cuts.size() - 1;
   while (low < high) {
     const std::size_t middle = (low + high) / 2;
-    if (relative_bound(truncated(cuts[middle]), steady_rise) <= tolerance) {
+    if (relative_bound(truncated(cuts[middle]), origin.reference) <= tolerance) {
       high = middle;
     } else {
       low = middle + 1;
@@ -209,8 +283,11 @@ ModalModel reduced(const HeatMatrices& matrices, double tolerance) {
   for (Index i = 0; i < model.probe.rows(); ++i) {
     model.probe.row(i) = lifted.row(matrices.probes[i]) / krylov.root()[matrices.probes[i]];
   }
+  model.peak = Peak(matrices.probe_patches, static_cast<int>(matrices.probes.size()), matrices.order);
   const VectorXd norms = kept.residual_norms();
   model.step_bound = norms.head(kTcas) * norms.transpose();
+  model.reference = origin.reference;
+  model.bound = relative_bound(kept, origin.reference);
   model.surface_conductance = matrices.surface_conductance;
   return model;
 }
