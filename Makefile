@@ -1,6 +1,8 @@
 # make demo     the paper's three scenes and their figure
 # make check    linters, types, fast tests: within a minute once installed
 # make test     all C++ and Python tests, formatters, linters
+# make sanitize FMUs, their C++ tests and random calls of both under ASan + UBSan, then under TSan
+# make tidy     clang-tidy (bug patterns, data races, names) over the C++ models and the FMI runtime
 # make fmus     fmus/thermal.fmu and fmus/rod.fmu
 # make portable both with binaries for Windows as well, and in build/wheel/ a wheel with them, which needs no compiler
 # make charts   docs/figures/convergence.png, chart_SCENE_PANEL.png: how the models converge, what accuracy costs
@@ -19,7 +21,7 @@ SOURCES := $(CXX_FILES) $(shell find fmus thermal_fmu rod_fmu tests orchestratio
 WINDOWS = TCA_WIN64=ON $(addprefix FETCHCONTENT_SOURCE_DIR_SUNDIALS=,$(realpath $(VENV)/sundials))
 
 .NOTPARALLEL: # one build folder; what runs in it is parallel
-.PHONY: fmus portable demo test charts reference docs lint check compiled format
+.PHONY: sanitize tidy fmus portable demo test charts reference docs lint check compiled format
 fmus: $(VENV)/installed
 
 portable: $(BUILD)/wheel/ready
@@ -65,6 +67,18 @@ reference: $(VENV)/installed
 
 docs: $(VENV)/installed
 	python -m sphinx -q -W --keep-going -b html docs $(BUILD)/site
+
+# TSan needs the short sample only: each walk of `contract` is a thread of its own in the same binary.
+sanitize: $(VENV)/tested
+	for kind in address,undefined thread; do \
+	  cmake -S . -B $(BUILD)/sanitize-$$kind -G Ninja -DTCA_BUILD_TESTS=ON -DTCA_SANITIZE=$$kind && \
+	  cmake --build $(BUILD)/sanitize-$$kind --target contract drive probe_pack thermal_pack rod_pack test_fmus && \
+	  ctest --test-dir $(BUILD)/sanitize-$$kind -R '^(contract|drive)_|State|Instances|Bytes|Calls' --output-on-failure || exit 1; \
+	done
+
+tidy: $(VENV)/tested
+	cmake -S . -B $(BUILD)/tidy -G Ninja -DCMAKE_EXPORT_COMPILE_COMMANDS=ON
+	clang-tidy -p $(BUILD)/tidy --quiet --extra-arg=-Wno-unknown-warning-option $(filter-out %unload.cpp,$(filter %.cpp,$(shell find fmus thermal_fmu rod_fmu -name '*.cpp')))
 
 format: $(VENV)/installed $(VENV)/tested
 	ruff check --fix .
