@@ -106,7 +106,8 @@ class Walk {
   void expect(bool holds, const char* what) const {
     if (!holds)
       throw std::runtime_error(std::string(name_) + " in mode " + std::to_string(mode_) +
-                               (is_slave_ ? " (slave): " : ": ") + what + (is_bad_ ? " [bad arguments]" : "") + "; last message: " + last_);
+                               (is_slave_ ? " (slave): " : ": ") + what + (is_bad_ ? " [bad arguments]" : "") +
+                               "; last message: " + last_);
   }
   std::size_t pick(std::size_t count) { return std::uniform_int_distribution<std::size_t>(0, count - 1)(random_); }
   bool chance(double p) { return std::uniform_real_distribution<double>()(random_) < p; }
