@@ -44,7 +44,7 @@ def draw(dataset: xr.Dataset) -> Figure:
         if k + COLUMNS >= count:
             panel.set_xlabel("macro step H [s]")
     ticks = [1, 2, 5, 10, 20, 50, 100, 200]
-    bar = figure.colorbar(image, ax=axes, location="top", shrink=0.8, aspect=40, ticks=ticks, format="%d")
+    bar = figure.colorbar(image, ax=axes, location="top", shrink=0.8, aspect=40, pad=0.01, ticks=ticks, format="%d")
     bar.set_label("converged: mean sweeps per macro step (explicit: 1)")
     keys: list[Patch | Line2D] = [
         Patch(facecolor=look.face, edgecolor=look.edge, hatch=look.hatch, label=kind) for kind, look in FAILURES.items()
