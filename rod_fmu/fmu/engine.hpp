@@ -4,6 +4,7 @@
 
 #include <memory>
 #include <span>
+#include <string>
 
 #include "core/status.hpp"
 #include "integration/integrator.hpp"
@@ -30,6 +31,9 @@ class Engine {
   virtual StepOutcome step(std::span<double> memory, const Inputs& u, double h, double tolerance) = 0;
   /// Writes all outputs but `evaluations`.
   virtual void outputs(std::span<double> memory, const Loads& loads, Outputs& y) = 0;
+
+  /// Doubt about the last equilibrium that solve_equilibrium() or a static step() found; empty if there is none.
+  virtual std::string doubt() const { return ""; }
 
   /// Writes the time derivative of the memory at rest in the equilibrium of loads that change at `change`. False: not
   /// offered, or singular.

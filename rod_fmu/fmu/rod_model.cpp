@@ -16,9 +16,16 @@ fmu::Status refuse(const Parts&... parts) {
   return fmu::Status::error(text.str());
 }
 
-constexpr unsigned kPlaneWarning = 0;        // bit of Model::warn_once
+constexpr unsigned kPlaneWarning = 0, kSpatialErrorWarning = 1, kDoubtWarning = 2;  // bits of Model::warn_once
 constexpr double kOutOfPlaneWarning = 1e-6;  // of Outputs::out_of_plane [1]: beyond, the host is warned
-constexpr double kAngleTolerance = 1e-9;     // of azimuths that count as equal [rad], and of other relative differences
+// Of Outputs::spatial_error over the length: beyond, the host is warned. That of a moving rod is a coarse estimate, and
+// sudden loads excite waves that no order resolves.
+constexpr double kSpatialWarning = 1e-2, kSpatialWarningMoving = 5e-2;
+constexpr double kAngleTolerance = 1e-9;  // of azimuths that count as equal [rad], and of other relative differences
+
+/// Largest angle [rad] by which a TCA may wind about the axis: beyond, polynomials of this order miss its bending
+/// moment altogether, and no estimate from them means anything.
+double max_resolved_helix(int order) { return std::max(6.3, 1.5 * (order + 1)); }
 
 /// Fails where section, unloaded shape or TCAs would drive a planar rod out of its plane.
 fmu::Status check_plane(const Parameters& p) {
@@ -57,6 +64,26 @@ fmu::Status check_plane(const Parameters& p) {
   return {};
 }
 
+/// Fails where a TCA's law has no meaning at a temperature.
+fmu::Status check_temperatures(const Parameters& p, const Loads& loads) {
+  for (std::size_t i = 0; i < kTcas; ++i) {
+    const double T = loads.T[i];
+    if (!(T > 0.0))
+      return refuse("T[", i + 1, "] = ", T, " K; temperatures must be positive: set or connect T[", i + 1, "]");
+    if (p.tca_law == Law::wire && !(1.0 + p.tca_rho_T * (T - p.T_0) > 0.0))
+      return refuse("T[", i + 1, "] = ", T, " K with tca.rho_T = ", p.tca_rho_T, " 1/K and T_0 = ", p.T_0,
+                    " K leaves the wire no diameter; 1 + tca.rho_T (T - T_0) must be positive");
+  }
+  return {};
+}
+
+bool is_finite(const Outputs& y) {
+  static_assert(sizeof(Outputs) % sizeof(double) == 0);
+  const auto* values = reinterpret_cast<const double*>(&y);
+  return std::all_of(values, values + sizeof(Outputs) / sizeof(double),
+                     [](double each) { return std::isfinite(each); });
+}
+
 /// Fails where parameters contradict each other.
 fmu::Status check(const Parameters& p) {
   if (p.tca_offset >= p.body_radius)
@@ -67,6 +94,15 @@ fmu::Status check(const Parameters& p) {
   if (p.tca_law == Law::wire && p.tca_wire_length <= p.body_length)
     return refuse("tca.wire_length = ", p.tca_wire_length, " m cannot be coiled into body.length = ", p.body_length,
                   " m; make the wire longer than the body");
+  const double curvature = std::hypot(p.body_curvature[0], p.body_curvature[1], p.body_curvature[2]) * p.body_length;
+  if (curvature > max_resolved_curvature())
+    return refuse("body.curvature is ", curvature, " rad over body.length; at most ", max_resolved_curvature(),
+                  " rad are resolved; reduce body.curvature or body.length");
+  for (std::size_t i = 0; i < kTcas; ++i)
+    if (const double angle = std::abs(p.tca_helix[i]) * p.body_length; angle > max_resolved_helix(p.order))
+      return refuse("tca.helix[", i + 1, "] = ", p.tca_helix[i], " rad/m is ", angle,
+                    " rad over body.length; order = ", p.order, " resolves ", max_resolved_helix(p.order),
+                    " rad; raise order or reduce tca.helix");
   if (p.dynamic && p.method == Method::pade_euler && p.strains != Strains::cosserat)
     return refuse("method = pade_euler has all six strains, but strains = ", static_cast<int>(p.strains),
                   "; set strains to cosserat (4), or choose another method");
@@ -99,15 +135,23 @@ fmu::Status RodModel::initialise(double t) {
   if (!data_.parameters.start_at_equilibrium && data_.parameters.dynamic) return {};
   fmu::Status status =
       counted([&] { return engine_->solve_equilibrium(engine_memory(), loads_at(data_.inputs, 0.0)); });
-  if (status.is_ok()) return status;
+  if (status.is_ok()) {
+    warn_of_doubt(t);
+    return status;
+  }
   return refuse("t = ", t, " s, at the start: ", status.failure().what,
                 "; reduce the loads, or start unloaded (start_at_equilibrium = false)");
 }
 
 fmu::StepResult RodModel::step(double t, double h) {
+  if (fmu::Status status = check_temperatures(data_.parameters, loads_at(data_.inputs, h)); !status.is_ok())
+    return {t, std::move(status)};
   StepOutcome outcome =
       counted([&] { return engine_->step(engine_memory(), data_.inputs, h, data_.parameters.tolerance); });
-  if (outcome.reached == h) return {t + h, {}};
+  if (outcome.reached == h) {
+    if (!data_.parameters.dynamic) warn_of_doubt(t + h);
+    return {t + h, {}};
+  }
   return {t + outcome.reached, std::move(outcome.status)};
 }
 
@@ -149,17 +193,43 @@ bool RodModel::drift(std::span<double> rate) {
 }
 
 fmu::Status RodModel::evaluate(double t) {
-  engine_->outputs(engine_memory(), loads_at(data_.inputs, 0.0), data_.outputs);
-  data_.outputs.evaluations = memory_.back();
-  if (data_.outputs.out_of_plane > kOutOfPlaneWarning)
+  const Loads loads = loads_at(data_.inputs, 0.0);
+  if (fmu::Status status = check_temperatures(data_.parameters, loads); !status.is_ok()) return status;
+  Outputs& y = data_.outputs;
+  engine_->outputs(engine_memory(), loads, y);
+  y.evaluations = memory_.back();
+  if (!is_finite(y))
+    return fmu::Status::discard("the outputs are not finite",
+                                "the states or the inputs are beyond what the rod or its TCAs can have");
+  const double limit = data_.parameters.dynamic ? kSpatialWarningMoving : kSpatialWarning;
+  const auto line = [t](const auto&... parts) {
+    std::ostringstream text;
+    text << "t = " << t << " s: ";
+    (text << ... << parts);
+    return text.str();
+  };
+  if (y.out_of_plane > kOutOfPlaneWarning)
     warn_once(kPlaneWarning, [&] {
-      std::ostringstream text;
-      text << "t = " << t
-           << " s: forces across the plane of this planar rod are left out; alone they would cause strains of "
-           << data_.outputs.out_of_plane << " (output out_of_plane); set planar = false, or turn plane";
-      return text.str();
+      return line("forces across the plane of this planar rod are left out; alone they would cause strains of ",
+                  y.out_of_plane, " (output out_of_plane); set planar = false, or turn plane");
+    });
+  else if (y.spatial_error > limit * data_.parameters.body_length)
+    warn_once(kSpatialErrorWarning, [&] {
+      return line("strain polynomials of order = ", data_.parameters.order, " leave an estimated error of ",
+                  y.spatial_error, " m in shape and displacements (output spatial_error); raise order, up to ",
+                  kMaxOrder, ", or reduce the loads or tca.helix");
     });
   return {};
+}
+
+void RodModel::warn_of_doubt(double t) {
+  const std::string doubt = engine_->doubt();
+  if (doubt.empty()) return;
+  warn_once(kDoubtWarning, [&] {
+    std::ostringstream text;
+    text << "t = " << t << " s: " << doubt;
+    return text.str();
+  });
 }
 
 }  // namespace rod

@@ -27,8 +27,10 @@ class RodModel final : public fmu::Model {
   bool rates_along(double t, std::span<const double> dx, std::span<double> ddx) override;
 
  private:
-  /// Memory of the engine, without the count of evaluations.
+  /// Memory of the engine, without what the adapter adds.
   std::span<double> engine_memory() { return std::span(memory_).first(memory_.size() - 1); }
+  /// Warns of what is doubtful about an equilibrium.
+  void warn_of_doubt(double t);
   template <class Call>
   auto counted(Call call);
 

@@ -52,6 +52,20 @@ class StrainEngine final : public Engine {
     rod_.kinematics(now.q.data(), now.v.data(), loads, scratch_.newton.work);
     rod_.outputs(now.q.data(), now.v.data(), loads, scratch_.newton.work, y);
     y.energy_dissipated = now.dissipated;
+    y.spatial_error =
+        dynamic_ ? rod_.spatial_error(now.q.data()) : rod_.spatial_error(now.q.data(), loads, scratch_.newton.work);
+  }
+
+  std::string doubt() const override {
+    switch (scratch_.stability.doubt()) {
+      case Stability::Doubt::ambiguous:
+        return "the rod left an unstable equilibrium in an arbitrary direction; a small side load would choose it";
+      case Stability::Doubt::unstable:
+        return "the equilibrium is unstable under the moment at the tip; see dynamic = true for the motion from it";
+      case Stability::Doubt::none:
+        break;
+    }
+    return "";
   }
 
   bool equilibrium_rate(std::span<double> memory, const Loads& loads, const Loads& change,
@@ -85,7 +99,8 @@ class StrainEngine final : public Engine {
   core::Status rates(std::span<const double> memory, const Loads& loads, std::span<double> dx) override {
     copy_.assign(memory.begin(), memory.end());
     State now = state(copy_);
-    core::Status status = solve_acceleration(rod_, loads, now, scratch_);
+    core::Status status = rod_.check_strains(now.q.data());
+    if (status.is_ok()) status = solve_acceleration(rod_, loads, now, scratch_);
     if (status.is_ok()) write_states(now.v, now.a, rod_.damping().dot(now.v.cwiseAbs2()), dx);
     return status;
   }

@@ -178,6 +178,11 @@ void add_outputs(fmu::Table<rod::Data>& table, const rod::Outputs& y) {
       .nominal(1e-3)
       .depends({"strain", "T", "delta_guess", "gravity", "tip_force", "tip_moment"});
   table
+      .output("spatial_error", y.spatial_error, "m",
+              "estimated error of shape and displacements by the order of the strain polynomials; 0 for pade_euler")
+      .nominal(1e-6)
+      .depends({"strain", "T", "delta_guess", "gravity", "tip_force", "tip_moment"});
+  table
       .output("evaluations", y.evaluations, "1",
               "evaluations of the residual since the start, by steps and equilibria; part of the state")
       .nominal(1e3);

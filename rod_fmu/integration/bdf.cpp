@@ -13,6 +13,7 @@ namespace rod {
 
 namespace {
 
+constexpr double kMaxSteps = 2e5;     // of IDA in one call, which bounds its work to seconds
 constexpr double kStrainScale = 0.1;  // strain [1] below which the error is absolute
 
 template <class T>
@@ -52,7 +53,6 @@ struct Bdf::Problem {
     IDASetUserData(ida, this);
     IDASetLinearSolver(ida, solver, matrix);
     IDASetJacFn(ida, jacobian);
-    IDASetMaxNumSteps(ida, 1000000);
 #if SUNDIALS_VERSION_MAJOR < 7
     IDASetErrFile(ida, nullptr);  // a failure is reported by step(), nothing is printed
 #else
@@ -146,12 +146,14 @@ StepOutcome Bdf::step(const Rod& rod, const Inputs& u, double h, double toleranc
   IDAReInit(p.ida, 0.0, p.y, p.yp);
   IDASVtolerances(p.ida, tolerance, p.absolute);
   IDASetStopTime(p.ida, h);
+  IDASetMaxNumSteps(p.ida, static_cast<long>(std::min(max_internal_steps(rod, h), kMaxSteps)));
 
   sunrealtype reached = 0.0;
   const int status = IDASolve(p.ida, h, &reached, p.y, p.yp, IDA_NORMAL);
   if (status < 0 || !q.allFinite() || !v.allFinite())
     return {0.0,
             core::Status::discard("SUNDIALS IDA stopped: " + flag_name(status), "reduce the step or the tolerance")};
+  if (core::Status inadmissible = rod.check_strains(y); !inadmissible.is_ok()) return {0.0, std::move(inadmissible)};
   state.q = q, state.v = v, state.a = a;
   state.dissipated += y[2 * n];
   return {h, {}};

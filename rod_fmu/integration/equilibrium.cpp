@@ -6,6 +6,7 @@ namespace rod {
 namespace {
 
 constexpr double kEquilibriumTolerance = 1e-10;  // of the last Newton correction; the error behind it is its square
+constexpr double kMaxSharpening = 1e-6;          // of a strain coefficient [1], by Newton's method after a descent
 constexpr int kMaxFailures = 12;                 // of steps while falling
 
 /// Dynamic relaxation from x towards an equilibrium: backward Euler from rest at every step, with lengths that grow
@@ -38,6 +39,7 @@ bool relax_dynamically(const Rod& rod, const Loads& loads, Scratch& scratch, Vec
 }  // namespace
 
 core::Status solve_equilibrium(const Rod& rod, const Loads& loads, State& state, Scratch& scratch) {
+  scratch.stability.set_doubt(Stability::Doubt::none);
   Stage& stage = scratch.stage;
   const auto solve = [&] {
     stage.q.setZero(rod.unknowns());
@@ -52,8 +54,26 @@ core::Status solve_equilibrium(const Rod& rod, const Loads& loads, State& state,
       return core::Status::discard("no equilibrium found (Newton's method, homotopy and dynamic relaxation failed)",
                                    "reduce the loads, or their change in one step");
   }
-  if (!(scratch.x.lpNorm<Eigen::Infinity>() < kMaxStrain))
-    return core::Status::discard("the equilibrium has strains beyond the admissible ones", "reduce the loads");
+  const auto is_stable = [&] {
+    return rod.is_admissible(scratch.x.data()) &&
+           scratch.stability.is_stable(rod, scratch.x, loads, scratch.newton.tangent());
+  };
+  if (!is_stable()) {
+    const Vector unstable = scratch.x;
+    scratch.x = state.q;
+    core::Status status = scratch.stability.descend(rod, loads, kEquilibriumTolerance, scratch.x);
+    if (!status.is_ok()) {
+      if (!has_moment(loads) || !rod.is_admissible(unstable.data())) return status;
+      scratch.stability.set_doubt(Stability::Doubt::unstable);
+      scratch.x = unstable;
+    }
+    // Newton's method sharpens the solution; along a neutral direction it has nothing to hold on to.
+    const Vector rest = scratch.x;
+    if (!solve() || !rod.is_admissible(scratch.x.data()) ||
+        (scratch.x - rest).lpNorm<Eigen::Infinity>() > kMaxSharpening)
+      scratch.x = rest;
+  }
+  if (core::Status status = rod.check_strains(scratch.x.data()); !status.is_ok()) return status;
   state.q = scratch.x;
   state.v.setZero();
   state.a.setZero();
@@ -82,6 +102,7 @@ StepOutcome step_static(const Rod& rod, const Inputs& u, double h, State& state,
   // The velocity of the moving equilibrium serves the rates of outputs; without inertia it has no other effect.
   scratch.newton.equilibrium_velocity(rod, loads, load_rates_at(u, h), scratch.x);
   state.v = scratch.x;
+  if (!state.v.allFinite()) state.v.setZero();  // singular along a neutral direction
   return {h, {}};
 }
 

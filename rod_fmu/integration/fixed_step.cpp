@@ -27,7 +27,7 @@ bool solve(const Rod& rod, const Loads& loads, double h, double wq, double wa, c
   stage.moving = true;
   predict(rod, h, state, scratch.x);
   return scratch.newton.solve_with_homotopy(rod, stage, loads, kNewtonTolerance, scratch.x).converged &&
-         (state.q + scratch.x).lpNorm<Eigen::Infinity>() < kMaxStrain;
+         rod.is_admissible(Vector(state.q + scratch.x).data());
 }
 
 bool backward_euler(const Rod& rod, const Loads& loads, double h, State& state, Scratch& scratch) {

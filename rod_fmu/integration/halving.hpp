@@ -23,7 +23,7 @@ StepOutcome advance_halving(double h, OneStep&& one_step) {
       length *= 2.0;
     } else {
       length *= 0.5;
-      if (length < std::ldexp(h, -kMaxHalvings))
+      if (length <= 0.0 || length < std::ldexp(h, -kMaxHalvings) || done + length == done)
         return {done, core::Status::discard("Newton's method failed for every step length tried",
                                             "reduce the step, or the change of the inputs in it")};
     }

@@ -2,8 +2,11 @@
 // signature.
 #pragma once
 
+#include <algorithm>
+
 #include "core/status.hpp"
 #include "integration/newton.hpp"
+#include "integration/stability.hpp"
 #include "mechanics/rod.hpp"
 
 namespace rod {
@@ -45,8 +48,11 @@ struct StepOutcome {
   core::Status status;
 };
 
-/// Largest admissible strain coefficient [rad, or multiples of the length]: a step that leads beyond is refused.
-inline constexpr double kMaxStrain = 100.0;
+/// Largest number of internal steps in one call of length h [s]: a constant, and more per radian of the first mode than
+/// any resolved motion needs, up to a bound on the work of one call.
+inline double max_internal_steps(const Rod& rod, double h) {
+  return std::min(2e4 + 5e3 * h * rod.first_frequency(), 1e6);
+}
 
 /// Work arrays of all methods for one rod.
 struct Scratch {
@@ -54,13 +60,15 @@ struct Scratch {
   Stage stage;
   Workspace work;
   Vector r, x;
+  Stability stability;
 
   /// Evaluations of the residual so far.
-  long evaluations() const { return newton.work.evaluations + work.evaluations; }
+  long evaluations() const { return newton.work.evaluations + work.evaluations + stability.evaluations(); }
 };
 
-/// Puts the state at rest at the equilibrium of the loads, starting from its present shape: by Newton's method, by a
-/// homotopy in the loads, by dynamic relaxation. On failure the state is unchanged.
+/// Puts the state at rest at a stable equilibrium of the loads, starting from its present shape: by Newton's method, by
+/// a homotopy in the loads, by dynamic relaxation; from an unstable one along the overdamped motion from the present
+/// shape. On failure the state is unchanged.
 core::Status solve_equilibrium(const Rod& rod, const Loads& loads, State& state, Scratch& scratch);
 
 /// Writes the acceleration that the loads give to (q, v). Fails where the mass matrix is singular or the state is not

@@ -37,6 +37,9 @@ class Newton {
   /// been a successful solve() or solve_with_homotopy() of statics.
   void equilibrium_velocity(const Rod& rod, const Loads& loads, const Loads& rates, Vector& v);
 
+  /// Tangent at the last iterate but one, which differs from a solution by less than the tolerance.
+  const Matrix& tangent() const { return J_; }
+
   Workspace work;  // of the last residual
 
  private:

@@ -12,9 +12,8 @@ namespace rod {
 
 namespace {
 
-constexpr double kStrainScale = 0.1;  // strain [1] below which the error is absolute
-// Attempted steps in one call: a constant, and more per radian of the first mode than any resolved motion needs.
-constexpr double kMaxAttempts = 2e4, kMaxAttemptsPerRadian = 5e3;
+constexpr double kStrainScale = 0.1;   // strain [1] below which the error is absolute
+constexpr int kTrialAttempts = 20000;  // after so many steps a call that would need ten times the bound ends
 constexpr double kMinCrossing = 1.1;   // a step crosses the communication point if it is longer by this factor
 constexpr double kMaxCrossing = 10.0;  // of such a step, in radians of the first mode: beyond, rounding of rates shows
 constexpr double kMaxStretch = 1.05;   // of a step that then ends at the communication point; its error still passes
@@ -146,6 +145,7 @@ StepChoice choose_step(const Rod& rod, double rest, double natural, bool may_cro
 
 template <class Tableau>
 StepOutcome step_adaptive(const Rod& rod, const Inputs& u, double h, double tolerance, State& state, Scratch& scratch) {
+  if (!(state.time_ahead > 0.0 && std::isfinite(state.time_ahead))) state.time_ahead = 0.0;
   const bool may_cross = record_constant_inputs(u, state);
   if (!may_cross) state.time_ahead = 0.0;
   double done = 0.0;
@@ -159,14 +159,17 @@ StepOutcome step_adaptive(const Rod& rod, const Inputs& u, double h, double tole
     state.time_ahead = 0.0;
     if (done == h) return {h, {}};
   }
+  if (core::Status status = rod.check_strains(state.q.data()); !status.is_ok()) return {done, std::move(status)};
   Loads loads = loads_at(u, done);
   if (core::Status status = start_step(rod, loads, tolerance, state, scratch); !status.is_ok())
     return {done, std::move(status)};
-  if (state.next_step <= 0.0) state.next_step = 0.05 / rod.first_frequency();
+  if (!(state.next_step > 0.0 && std::isfinite(state.next_step))) state.next_step = 0.05 / rod.first_frequency();
   const double min_step = kMinStep * std::min(h, 1.0 / rod.first_frequency());
+  const double max_attempts = max_internal_steps(rod, h);
   RosenbrockStep<Tableau> attempt(rod, u, state, scratch);
   for (int attempts = 0; done < h; ++attempts) {
-    if (attempts > kMaxAttempts + kMaxAttemptsPerRadian * h * rod.first_frequency())
+    if (attempts > max_attempts || done + state.next_step == done ||
+        (attempts > kTrialAttempts && done * max_attempts < 0.1 * h * attempts))
       return {done,
               core::Status::discard("too many internal time steps", "the tolerance may be too tight for this motion")};
     const double rest = h - done;
@@ -176,11 +179,14 @@ StepOutcome step_adaptive(const Rod& rod, const Inputs& u, double h, double tole
     const double factor =
         std::isfinite(error) ? std::clamp(0.9 * std::pow(error, -1.0 / Tableau::kOrder), 0.2, 5.0) : 0.2;
     const Point& solution = attempt.solution();
-    if (!(error <= 1.0 && solution.q.template lpNorm<Eigen::Infinity>() < kMaxStrain)) {
+    if (!(error <= 1.0 && rod.is_admissible(solution.q.data()))) {
       state.next_step = step * std::min(factor, 0.9);
-      if (state.next_step < min_step)
+      if (state.next_step < min_step) {
+        if (core::Status status = rod.check_strains(solution.q.data()); !status.is_ok() && error <= 1.0)
+          return {done, std::move(status)};
         return {done, core::Status::discard("the internal time step fell below the least one",
                                             "the loads may be too violent")};
+      }
       continue;
     }
     // A step cut short by the end of the interval says little about the next one.

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <sstream>
 
 #include "mechanics/polynomials.hpp"
 #include "numerics/kernel.hpp"
@@ -35,7 +36,9 @@ Rod::Rod(const Parameters& p, const Section& section)
       section_(section.seen_from(frame_)),
       law_(p),
       closure_(p.closure) {
-  const Quadrature& grid = quadrature(p.order);
+  double turns = std::hypot(p.body_curvature[0], p.body_curvature[1], p.body_curvature[2]) * p.body_length;
+  for (double helix : p.tca_helix) turns = std::max(turns, std::abs(helix) * p.body_length);
+  const Quadrature& grid = quadrature(p.order, turns);
   const auto& reference = section_.reference;
   constants_.grid = &grid;
   constants_.planar = p.planar;
@@ -167,6 +170,43 @@ void Rod::load_derivative(const Workspace& work, const Loads& loads, const Loads
                             : guessed.per_delta * rates.delta_guess[i] + guessed.per_T * rates.T[i];
     dr += rate * work.b[i];
   }
+}
+
+Rod::StrainRange Rod::strain_range(const double* q) const {
+  const Quadrature& grid = *constants_.grid;
+  VectorField kappa, lambda;
+  for (int p = 0; p < grid.packs; ++p)
+    kappa.set(p, broadcast(constants_.kappa)), lambda.set(p, broadcast(constants_.lambda));
+  add_expansion<kMaxPacks>(constants_, q, kappa, lambda);
+  Pack largest{}, least = Pack{} + lambda.z[0];
+  for (int p = 0; p < grid.packs; ++p) {
+    const Pack square = dot(kappa[p], kappa[p]), stretch = lambda.z.pack[p];
+    largest = square > largest ? square : largest;
+    least = stretch < least ? stretch : least;
+  }
+  return {.curvature = std::sqrt(std::max(std::max(largest[0], largest[1]), std::max(largest[2], largest[3]))),
+          .stretch = std::min(std::min(least[0], least[1]), std::min(least[2], least[3]))};
+}
+
+bool Rod::is_admissible(const double* q) const {
+  const StrainRange range = strain_range(q);
+  return Eigen::Map<const Vector>(q, unknowns()).allFinite() && range.curvature <= constants_.grid->max_curvature &&
+         range.stretch > 0.0;
+}
+
+core::Status Rod::check_strains(const double* q) const {
+  if (is_admissible(q)) return {};
+  const StrainRange range = strain_range(q);
+  std::ostringstream what;
+  if (range.curvature > constants_.grid->max_curvature)
+    what << "the rod's curvature times its length is " << range.curvature
+         << " rad; the quadrature of this order resolves " << constants_.grid->max_curvature << " rad";
+  else if (range.stretch <= 0.0)
+    what << "the rod's stretch is " << range.stretch
+         << "; a section would lie behind its neighbours, it must be positive";
+  else
+    what << "the rod's strains are not finite";
+  return core::Status::discard(what.str(), "reduce the loads or the heat, or raise order");
 }
 
 void Rod::to_states(const double* unknowns, double* states) const {

@@ -14,6 +14,7 @@
 #include <array>
 #include <vector>
 
+#include "core/status.hpp"
 #include "mechanics/loops.hpp"
 #include "physics/data.hpp"
 #include "physics/loads.hpp"
@@ -69,6 +70,18 @@ class Rod {
   /// Writes dr/dt at fixed q, v, a under loads that change at `rates`.
   void load_derivative(const Workspace& work, const Loads& loads, const Loads& rates, Vector& dr) const;
 
+  /// Returns whether the strains are finite, keep every section outside of its neighbours (stretch > 0), and have a
+  /// curvature that the quadrature resolves.
+  bool is_admissible(const double* q) const;
+  /// The same as a status, with the strain that is not admissible.
+  core::Status check_strains(const double* q) const;
+
+  /// Estimates the error of the strain polynomials at an equilibrium [m]: of the centreline and of the displacements.
+  /// The workspace holds its kinematics.
+  double spatial_error(const double* q, const Loads& loads, const Workspace& work) const;
+  /// Estimates the same error [m] for a moving rod, from the decay of the strains' coefficients.
+  double spatial_error(const double* q) const;
+
   /// Diagonal of int Phi^T K Phi ds [J].
   const Vector& stiffness() const { return stiffness_; }
   /// Diagonal of int Phi^T D Phi ds [J s].
@@ -88,6 +101,12 @@ class Rod {
   double stiffness_per_strain(int c) const {
     return section_.stiffness[c] * (c < 3 ? 1.0 / length() : length());  // curvatures are multiplied by L
   }
+  struct StrainRange {
+    double curvature = 0.0;  // largest |kappa| L [rad]
+    double stretch = 1.0;    // least lambda_z [1]
+  };
+  /// Extremes of the strains at the nodes.
+  StrainRange strain_range(const double* q) const;
   /// Resizes the gradients b of the workspace and returns where a loop writes them.
   Gradients gradients(Workspace& work) const;
   /// Displacements and tensions of the TCAs from their paths (Eqs. 17 and 4).

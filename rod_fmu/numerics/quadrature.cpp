@@ -49,7 +49,10 @@ Quadrature::Quadrature(int packs)
       nodes(packs * kPackSize),
       pieces(pieces_of(packs)),
       intervals(pieces * (nodes + 1)),
-      interval_packs(interval_packs_of(packs)) {
+      interval_packs(interval_packs_of(packs)),
+      max_curvature(packs == 3   ? 19.0
+                    : packs == 4 ? 30.0
+                                 : 43.0) {
   ScalarField x, weight;
   gauss_legendre(nodes, x, weight);
   for (int k = 0; k < nodes; ++k) {
@@ -86,9 +89,21 @@ Quadrature::Quadrature(int packs)
   }
 }
 
-const Quadrature& quadrature(int order) {
-  static const std::array<Quadrature, 3> tables{Quadrature(3), Quadrature(4), Quadrature(5)};
-  return tables[order < 4 ? 0 : order == 4 ? 1 : 2];
+namespace {
+
+const std::array<Quadrature, 3>& tables() {
+  static const std::array<Quadrature, 3> all{Quadrature(3), Quadrature(4), Quadrature(5)};
+  return all;
 }
+
+}  // namespace
+
+const Quadrature& quadrature(int order, double turns) {
+  std::size_t rule = order < 4 ? 0 : order == 4 ? 1 : 2;
+  while (rule + 1 < tables().size() && turns > 0.5 * tables()[rule].max_curvature) ++rule;
+  return tables()[rule];
+}
+
+double max_resolved_curvature() { return tables().back().max_curvature; }
 
 }  // namespace rod

@@ -32,6 +32,8 @@ struct Quadrature {
   explicit Quadrature(int packs);
 
   int packs, nodes, pieces, intervals, interval_packs;
+  /// Largest curvature times L [rad] for which the position of the tip is integrated to 1e-8 L.
+  double max_curvature;
   ScalarField s, w;
   /// forward[j][k] = int_0^{s_k} l_j, so that (int_0^s f)(s_k) = sum_j forward[j][k] f_j.
   std::array<ScalarField, kMaxNodes> forward;
@@ -50,7 +52,11 @@ struct Quadrature {
 
 /// The rule for strains of this degree: 12, 16 or 20 nodes, enough to integrate their products and rotations of several
 /// radians to rounding error. Computed once per process; immutable.
-const Quadrature& quadrature(int order);
+/// A rod whose unloaded curvature or helical routing turns by more than these resolve gets more nodes.
+const Quadrature& quadrature(int order, double turns = 0.0);
+
+/// Largest curvature times L [rad] that the finest rule resolves.
+double max_resolved_curvature();
 
 /// Values P_0 ... P_{count-1} of the Legendre polynomials at x in [-1, 1].
 void legendre_values(double x, int count, double* values);

@@ -94,6 +94,7 @@ struct Outputs {
   std::array<double, 4> tip_quaternion{1, 0, 0, 0};  // scalar first
   Triple tip_v{};                                    // m/s
   double energy_elastic = 0, energy_tca = 0, energy_kinetic = 0, energy_gravity = 0, energy_dissipated = 0;  // J
+  double spatial_error = 0;                    // m, estimate, of the strain polynomials
   double evaluations = 0;                      // 1, number of evaluations of the residual so far
   double out_of_plane = 0;                     // 1, largest strain that forces across the plane of a planar
                                                // rod would cause

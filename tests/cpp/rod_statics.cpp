@@ -102,6 +102,8 @@ TEST(RodStatics, RollUpClosesOnItself) {
   Bench bench(p);
   bench.inputs.tip_moment[1][0] = 2 * M_PI * Section::of(p).stiffness[1] / p.body_length;
   ASSERT_TRUE(bench.solve_equilibrium());
+  EXPECT_EQ(bench.scratch.stability.doubt(), Stability::Doubt::unstable)
+      << "a dead moment would turn it out of its plane";
   const Outputs y = bench.outputs();
   for (double x : y.tip_p) EXPECT_NEAR(x, 0.0, 1e-12);
 }

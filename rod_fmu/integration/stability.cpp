@@ -1,0 +1,98 @@
+// Cholesky test and overdamped motion; see the header.
+#include "integration/stability.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+namespace rod {
+
+namespace {
+
+constexpr double kMaxChange = 0.3;    // of a strain coefficient in one step [1], so that the motion is followed closely
+constexpr int kMaxSteps = 1000;       // of the overdamped motion; a fall through a few radians takes 20 to 60
+constexpr int kMaxMomentSteps = 150;  // the same under a dead moment, where the motion may never come to rest
+constexpr double kNeutral = 1e-6;     // eigenvalues above minus this, over the stiffness, are neutral: a buckled round
+                                      // rod, for example, turns about its axis at no cost
+constexpr int kMaxTrials = 60;        // of one step with increasing damping
+constexpr double kMinDamping = 1e-4;  // relative to the body's stiffness: below, steps are Newton steps
+constexpr double kAtRest = 1e-8;      // largest residual of an equilibrium, over the stiffness [1]
+constexpr double kPerturbation = 1e-3;  // of the strains when the motion leaves an unstable equilibrium [1]
+constexpr int kMaxPerturbations = 8;    // a rod passes few unstable equilibria on its way
+constexpr double kSymmetric = 1e-9;     // share of the residual along the softest direction below which it is symmetric
+
+}  // namespace
+
+bool has_moment(const Loads& loads) {
+  return loads.tip_moment.x != 0.0 || loads.tip_moment.y != 0.0 || loads.tip_moment.z != 0.0;
+}
+
+bool Stability::is_stable(const Rod& rod, const Vector& q, const Loads& loads, const Matrix& K) {
+  symmetric_ = 0.5 * (K + K.transpose());
+  cholesky_.compute(symmetric_);
+  if (cholesky_.info() == Eigen::Success) return true;
+  symmetric_.diagonal() += kNeutral * rod.stiffness();
+  cholesky_.compute(symmetric_);
+  if (cholesky_.info() == Eigen::Success) return true;
+  if (!has_moment(loads)) return false;
+  const Vector zero = Vector::Zero(rod.unknowns());
+  Matrix M;
+  rod.residual(q.data(), zero.data(), zero.data(), loads, work_, r_);
+  rod.tangent(work_, {.a = 1.0}, M);
+  const Eigen::MatrixXd pencil = Eigen::PartialPivLU<Eigen::MatrixXd>(M).solve(Eigen::MatrixXd(K));
+  return pencil.allFinite() && Eigen::EigenSolver<Eigen::MatrixXd>(pencil, false).eigenvalues().real().minCoeff() > 0.0;
+}
+
+bool Stability::factor(const Rod& rod, double damping) {
+  symmetric_ = 0.5 * (K_ + K_.transpose());
+  symmetric_.diagonal() += damping * rod.stiffness();
+  cholesky_.compute(symmetric_);
+  return cholesky_.info() == Eigen::Success;
+}
+
+core::Status Stability::descend(const Rod& rod, const Loads& loads, double tolerance, Vector& q) {
+  int perturbations = 0;
+  double damping = 1.0;
+  rod.static_residual(q.data(), loads, work_, r_);
+  const int max_steps = has_moment(loads) ? kMaxMomentSteps : kMaxSteps;
+  for (int step = 0; step < max_steps; ++step) {
+    rod.tangent(work_, {.q = 1.0}, K_);
+    const bool stable = factor(rod, kNeutral);
+    if (!stable && perturbations < kMaxPerturbations) {
+      const bool at_rest = (r_.array() / rod.stiffness().array()).abs().maxCoeff() < kAtRest;
+      const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> modes(Eigen::MatrixXd(0.5 * (K_ + K_.transpose())));
+      const Eigen::VectorXd softest = modes.eigenvectors().col(0);
+      if (at_rest || std::abs(softest.dot(r_)) < kSymmetric * r_.norm()) {
+        ++perturbations;
+        doubt_ = Doubt::ambiguous;
+        q += kPerturbation / softest.lpNorm<Eigen::Infinity>() * softest;
+        damping = 1.0;
+        rod.static_residual(q.data(), loads, work_, r_);
+        continue;
+      }
+    }
+    if (damping < kMinDamping) damping = stable ? kNeutral : kMinDamping;
+    double size = 0.0;
+    int trial = 0;
+    for (; trial < kMaxTrials; ++trial, damping = std::max(4.0 * damping, kMinDamping)) {
+      if (!factor(rod, damping)) continue;
+      change_ = -cholesky_.solve(r_);
+      size = change_.lpNorm<Eigen::Infinity>();
+      if (!(size <= kMaxChange)) continue;
+      next_ = q + change_;
+      if (!rod.is_admissible(next_.data())) continue;
+      rod.static_residual(next_.data(), loads, work_, r_next_);
+      if (size <= 1e2 * tolerance || change_.dot(r_ + r_next_) < 0.0)
+        break;  // the potential falls, or rounding hides it
+    }
+    if (trial == kMaxTrials) break;
+    q = next_;
+    r_ = r_next_;
+    if (stable && damping <= kNeutral && size <= tolerance) return {};
+    damping *= 0.25;
+  }
+  return core::Status::discard("no stable equilibrium found", "reduce the loads, or their change in one step");
+}
+
+}  // namespace rod

@@ -1,0 +1,51 @@
+// Stability of equilibria, and the overdamped motion from a given shape to a stable one.
+//
+// An equilibrium r(q) = 0 is stable if the symmetric part of its tangent K = dr/dq is positive definite: for
+// conservative loads K is symmetric up to discretisation, and a Cholesky factorisation decides. A dead moment at the
+// tip is not conservative; the eigenvalues of M^-1 K then must all have a positive real part.
+#pragma once
+
+#include <Eigen/Cholesky>
+
+#include "core/status.hpp"
+#include "mechanics/rod.hpp"
+
+namespace rod {
+
+/// Returns whether a dead moment acts at the tip, so that the loads have no potential.
+bool has_moment(const Loads& loads);
+
+class Stability {
+ public:
+  /// Returns whether the equilibrium q [1] is stable; K is its tangent.
+  bool is_stable(const Rod& rod, const Vector& q, const Loads& loads, const Matrix& K);
+
+  /// Moves q [1] along the overdamped motion dq/dt = -K0^-1 r(q), K0 the stiffness of the body, until it rests at a
+  /// stable equilibrium. Linearly implicit Euler steps that lower the potential, with lengths that grow as the motion
+  /// slows down; the last ones are Newton steps. At an unstable equilibrium the motion is started along the softest
+  /// direction.
+  core::Status descend(const Rod& rod, const Loads& loads, double tolerance, Vector& q);
+
+  /// What is doubtful about the last equilibrium.
+  enum class Doubt {
+    none,
+    ambiguous,  // descend() left an unstable equilibrium in an arbitrary direction
+    unstable    // it is unstable under a dead moment, and the motion from it does not come to rest
+  };
+  Doubt doubt() const { return doubt_; }
+  void set_doubt(Doubt doubt) { doubt_ = doubt; }
+
+  /// Evaluations of the residual so far.
+  long evaluations() const { return work_.evaluations; }
+
+ private:
+  bool factor(const Rod& rod, double damping);
+
+  Workspace work_;
+  Matrix K_, symmetric_;
+  Eigen::LLT<Matrix> cholesky_;
+  Vector r_, r_next_, change_, next_;
+  Doubt doubt_ = Doubt::none;
+};
+
+}  // namespace rod
