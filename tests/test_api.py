@@ -151,7 +151,5 @@ def test_the_package_is_typed(tmp_path: Path) -> None:
         "--no-incremental",
         str(tmp_path / "user.py"),
     ]
-    done = subprocess.run(
-        [sys.executable, "-m", "mypy", *checked], cwd=Path(tca.__file__).parents[1], capture_output=True, text=True
-    )
+    done = subprocess.run([sys.executable, "-m", "mypy", *checked], cwd=tmp_path, capture_output=True, text=True)
     assert done.returncode == 0, done.stdout

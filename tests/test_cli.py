@@ -80,7 +80,7 @@ def test_export_and_list(tmp_path: Path) -> None:
     assert zipfile.is_zipfile(tmp_path / "there" / "scene.ssp")
     listed = tca("list", folder=tmp_path).stdout
     assert all(name in listed for name in ("step", "switch", "sine", "plain"))
-    assert f"files: {ROOT / 'orchestration' / 'scenes'}" in listed
+    assert f"files: {PACKAGES / 'tca_cosim' / 'scenes'}" in listed
 
 
 def test_units_in_tables_are_no_markup(capsys: pytest.CaptureFixture[str]) -> None:

@@ -35,7 +35,8 @@ def test_relaxation_has_its_edge_at_2_over_1_plus_gain() -> None:
 
 
 def test_explicit_coupling_of_an_undamped_rod_ends_early() -> None:
-    with pytest.raises(tca.CouplingError, match="explicit coupling is off") as caught:
+    """Either the master sees how far off the guess is, or the rod that it whips up bends beyond its quadrature."""
+    with pytest.raises(tca.CouplingError, match="explicit coupling is off|quadrature of this order") as caught:
         tca.run(tca.read("explicit"))
     partial = caught.value.partial
     assert 0.05 < partial["time"][-1] < 0.5
