@@ -29,7 +29,12 @@ bool has_moment(const Loads& loads) {
 }
 
 bool Stability::is_stable(const Rod& rod, const Vector& q, const Loads& loads, const Matrix& K) {
-  symmetric_ = 0.5 * (K + K.transpose());
+  K_ = K;
+  if (rod.closure() == Closure::exchanged) {
+    rod.static_residual(q.data(), loads, work_, r_);
+    rod.add_tca_stiffness(work_, loads, K_);
+  }
+  symmetric_ = 0.5 * (K_ + K_.transpose());
   cholesky_.compute(symmetric_);
   if (cholesky_.info() == Eigen::Success) return true;
   symmetric_.diagonal() += kNeutral * rod.stiffness();
@@ -40,7 +45,7 @@ bool Stability::is_stable(const Rod& rod, const Vector& q, const Loads& loads, c
   Matrix M;
   rod.residual(q.data(), zero.data(), zero.data(), loads, work_, r_);
   rod.tangent(work_, {.a = 1.0}, M);
-  const Eigen::MatrixXd pencil = Eigen::PartialPivLU<Eigen::MatrixXd>(M).solve(Eigen::MatrixXd(K));
+  const Eigen::MatrixXd pencil = Eigen::PartialPivLU<Eigen::MatrixXd>(M).solve(Eigen::MatrixXd(K_));
   return pencil.allFinite() && Eigen::EigenSolver<Eigen::MatrixXd>(pencil, false).eigenvalues().real().minCoeff() > 0.0;
 }
 

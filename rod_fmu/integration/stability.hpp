@@ -17,7 +17,9 @@ bool has_moment(const Loads& loads);
 
 class Stability {
  public:
-  /// Returns whether the equilibrium q [1] is stable; K is its tangent.
+  /// Returns whether the equilibrium q [1] is stable; K is its tangent. A rod whose displacements are exchanged is
+  /// judged with tensions that follow them, as in the closed loop that it is part of: under dead tensions alone it may
+  /// buckle where the manipulator does not.
   bool is_stable(const Rod& rod, const Vector& q, const Loads& loads, const Matrix& K);
 
   /// Moves q [1] along the overdamped motion dq/dt = -K0^-1 r(q), K0 the stiffness of the body, until it rests at a

@@ -135,6 +135,12 @@ void Rod::tangent(const Workspace& work, const Weights& weights, Matrix& J) cons
       J.noalias() += (weights.q * work.tension[i].per_delta) * work.b[i] * work.b[i].transpose();
 }
 
+void Rod::add_tca_stiffness(const Workspace& work, const Loads& loads, Matrix& J) const {
+  if (closure_ == Closure::inside) return;
+  for (std::size_t i = 0; i < kTcas; ++i)
+    J.noalias() += law_.tension(work.delta[i], loads.T[i]).per_delta * work.b[i] * work.b[i].transpose();
+}
+
 void Rod::rate_derivative(const Workspace& work, const Vector& dv, const Vector& da, Vector& dr) const {
   dr.resize(unknowns());
   tangent_loops_.rate(constants_, work, dv.data(), da.data(), dr.data());

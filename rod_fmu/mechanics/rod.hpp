@@ -65,6 +65,9 @@ class Rod {
   // Derivatives at the point of the workspace's last residual:
   /// Writes J = weights.q dr/dq + weights.v dr/dv + weights.a dr/da, exact.
   void tangent(const Workspace& work, const Weights& weights, Matrix& J) const;
+  /// Adds to the static tangent J the stiffness of tensions that follow this rod's displacements where they do not in J
+  /// (closure exchanged): J is then that of the closed loop.
+  void add_tca_stiffness(const Workspace& work, const Loads& loads, Matrix& J) const;
   /// Writes the derivative of r in the direction (0, dv, da).
   void rate_derivative(const Workspace& work, const Vector& dv, const Vector& da, Vector& dr) const;
   /// Writes dr/dt at fixed q, v, a under loads that change at `rates`.
@@ -94,6 +97,7 @@ class Rod {
   void outputs(const double* q, const double* v, const Loads& loads, const Workspace& work, Outputs& y) const;
 
   const TcaLaw& law() const { return law_; }
+  Closure closure() const { return closure_; }
   double length() const { return constants_.length; }
 
  private:

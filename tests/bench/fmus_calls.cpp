@@ -57,8 +57,10 @@ int main() {
   });
 
   const auto model = fmu::make_model();
-  model->build();
-  model->initialise(0.0);
+  if (!model->build().is_ok() || !model->initialise(0.0).is_ok()) {
+    std::fputs("the probe does not start\n", stderr);
+    return 1;
+  }
   double t = 0.0;
   report("Model::step of the probe alone", [&] { model->step(t, 1e-3), t += 1e-3; });
   t = 0.0;
