@@ -93,7 +93,8 @@ def test_accelerated_methods_pass_the_limit_of_plain_iteration(method: str) -> N
     verdict = judged((), method, "linear", 0.1, 3.0 * edge)
     assert verdict.kind == "converged"
     assert verdict.gain == pytest.approx(3.0, rel=0.05)
-    assert judged((), method, "linear", 0.5, 150.0 * edge).kind == "converged"
+    farthest = 100.0 if method == "broyden" else 150.0  # beyond, Broyden's second guess admits no shape of the rod
+    assert judged((), method, "linear", 0.5, farthest * edge).kind == "converged"
 
 
 def test_what_theory_does_not_cover_is_refused() -> None:
