@@ -36,7 +36,7 @@ def test_relaxation_has_its_edge_at_2_over_1_plus_gain() -> None:
 
 def test_explicit_coupling_of_an_undamped_rod_ends_early() -> None:
     """Either the master sees how far off the guess is, or the rod that it whips up bends beyond its quadrature."""
-    with pytest.raises(tca.CouplingError, match="explicit coupling is off|quadrature of this order") as caught:
+    with pytest.raises(tca.CouplingError, match=r"explicit coupling is off|quadrature of this order") as caught:
         tca.run(tca.read("explicit"))
     partial = caught.value.partial
     assert 0.05 < partial["time"][-1] < 0.5

@@ -106,7 +106,7 @@ def overriding(overrides: Sequence[str] | Mapping[str, Any], origin: str = "--se
     items = overrides.items() if isinstance(overrides, Mapping) else [_item(text, origin) for text in overrides]
     for key, value in items:
         table, dot, name = str(key).partition(".")
-        if not isinstance(raw.get(table, {}), dict if dot else object) or (not dot and isinstance(raw.get(table), dict)):
+        if table in raw and isinstance(raw[table], dict) != bool(dot):
             raise SceneError(f"{origin}: {key}: {table} is set as a whole as well; keep one of the two")
         if dot:
             raw.setdefault(table, {})[name] = value
