@@ -477,9 +477,9 @@ def test_films_that_cannot_be_are_refused(result: xr.Dataset, tmp_path: Path, mo
     [
         (["report"], "not both"),
         (["report", "step", "--from", "step.nc"], "not both"),
-        (["animate", "--from", "step.nc", "--set", "rod.order=1"], "a result is as it is"),
+        (["animate", "--from", "step.nc", "--set", "rod.order=1"], "a result cannot be changed"),
         (["animate", "--from", "nowhere.nc"], "nowhere.nc"),
-        (["report", "--from", "other.nc"], "no result of a run"),
+        (["report", "--from", "other.nc"], "not a result of a run"),
     ],
 )
 def test_commands_that_have_nothing_to_show(
