@@ -60,7 +60,7 @@ check: $(VENV)/installed $(VENV)/tested
 test: portable compiled $(BUILD)/hosts/ready
 	$(MAKE) --no-print-directory lint
 	ctest --test-dir $(BUILD) --output-on-failure
-	python -m pytest --cov
+	python -m pytest --cov -n auto
 
 reference: $(VENV)/installed
 	PYTHONPATH=. python docs/reference.py
