@@ -61,7 +61,7 @@ static Fmu* load(const char* folder, const char* name) {
   need(sscanf(strstr(fmu->xml, "guid="), "guid=\"%63[^\"]", guid), "guid");
   snprintf(path, sizeof path, BINARY, folder, name);
   need((fmu->library = LOAD(path)) != NULL, path);
-  fmu->instance = FUNCTION(fmu, fmi2Instantiate)(name, fmi2CoSimulation, guid, "", &callbacks, fmi2False, fmi2False);
+  fmu->instance = FUNCTION(fmu, fmi2Instantiate)(name, fmi2CoSimulation, guid, "", &callbacks, fmi2False, fmi2True);
   need(fmu->instance != NULL, "fmi2Instantiate");
   return fmu;
 }
