@@ -28,7 +28,7 @@ class Loop:
         return self.b + self.matrix @ x - self.cubic * x**3
 
     def tangent(self) -> np.ndarray:
-        """Of the residual G(x) - x where it was evaluated last."""
+        """Return the Jacobian of the residual G(x) - x where it was evaluated last."""
         return self.matrix - np.eye(self.b.size) - np.diag(3.0 * self.cubic * self.last**2)
 
 

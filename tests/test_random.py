@@ -102,7 +102,7 @@ def end(seed: int) -> tuple[str, str]:
 
 @pytest.fixture(scope="module")
 def ends() -> list[tuple[str, str]]:
-    """Of all scenes, by as many processes as there are cores; one that hangs or dies breaks the pool."""
+    """Results of all scenes, by as many processes as there are cores; one that hangs or dies breaks the pool."""
     with ProcessPoolExecutor(os.cpu_count(), multiprocessing.get_context("spawn")) as pool:
         return list(pool.map(end, range(SCENES), chunksize=5))
 

@@ -18,8 +18,8 @@ fmu::Status refuse(const Parts&... parts) {
 
 constexpr unsigned kPlaneWarning = 0, kSpatialErrorWarning = 1, kDoubtWarning = 2;  // bits of Model::warn_once
 constexpr double kOutOfPlaneWarning = 1e-6;  // of Outputs::out_of_plane [1]: beyond, the host is warned
-// Of Outputs::spatial_error over the length: beyond, the host is warned. That of a moving rod is a coarse estimate, and
-// sudden loads excite waves that no order resolves.
+// Largest Outputs::spatial_error over the length [1] without a warning: of a rod at rest, and of a moving one, whose
+// estimate is coarser, and whose waves after a sudden load no order resolves.
 constexpr double kSpatialWarning = 1e-2, kSpatialWarningMoving = 5e-2;
 constexpr double kAngleTolerance = 1e-9;  // of azimuths that count as equal [rad], and of other relative differences
 

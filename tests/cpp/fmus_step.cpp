@@ -101,7 +101,7 @@ TEST_F(FreeMass, GivesOutputDerivativesOfFirstOrder) {
   EXPECT_TRUE(host.said({"force", "not an output"}));
 }
 
-/// Of both schemes: one has states to differentiate along, the other is stepped on.
+/// Checks both schemes of the probe: one differentiates along its states, the other takes a trial step.
 TEST(OutputDerivatives, FollowInputsThatActAtOnce) {
   for (const int scheme : {1, 2}) {
     Host host;

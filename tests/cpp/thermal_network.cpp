@@ -10,7 +10,7 @@
 namespace thermal {
 namespace {
 
-/// Of all that the parameters admit, within 1000 either way of the start values where they know no end.
+/// Draws parameters from their whole ranges; where a range has no end, within a factor 1000 of the start value.
 Parameters random_parameters(std::mt19937& random) {
   const auto uniform = [&](double low, double high) {
     return std::uniform_real_distribution<double>(low, high)(random);
