@@ -9,6 +9,8 @@ import zipfile
 from pathlib import Path, PurePosixPath
 from typing import BinaryIO
 
+import fmpy
+
 __all__ = ["containing_file", "extract", "open_archive", "read_member"]
 
 MAX_DESCRIPTION = 2**30  # [bytes] of one file that is read into memory; the largest public FMU's has 60 MB
@@ -45,17 +47,23 @@ def read_member(file: BinaryIO, name: str) -> bytes:
 def extract(file: BinaryIO, folder: Path) -> None:
     """Extract a ZIP archive; backslashes in its names, which some Windows tools write, are taken for slashes.
 
+    Binaries of other platforms stay packed where there are some of this one: they are most of an FMU's bytes.
+
     Raises
     ------
     ValueError
         A name leads outside the folder.
     """
+    own = ("binaries", str(fmpy.platform))
     with zipfile.ZipFile(file) as archive:
-        for entry in archive.infolist():
-            name = entry.filename.replace("\\", "/")
+        names = [entry.filename.replace("\\", "/") for entry in archive.infolist()]
+        has_own = any(PurePosixPath(name).parts[:2] == own for name in names)
+        for entry, name in zip(archive.infolist(), names, strict=True):
             parts = PurePosixPath(name).parts
             if name.startswith("/") or ".." in parts or re.match(r"[A-Za-z]:", name):
                 raise ValueError(f"its file {name!r} would be written outside the folder of the FMU")
+            if has_own and parts[:1] == own[:1] and parts[:2] != own:
+                continue
             target = folder.joinpath(*parts)
             if name.endswith("/"):
                 target.mkdir(parents=True, exist_ok=True)
