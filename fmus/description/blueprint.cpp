@@ -2,12 +2,15 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <cinttypes>
 #include <cstdio>
+#include <mutex>
 #include <set>
 
 #include "description/description.hpp"
 #include "model/hash.hpp"
+#include "model/text.hpp"
 
 namespace fmu {
 namespace {
@@ -33,15 +36,62 @@ Variable derivative_of(Variable& state) {
   return row;
 }
 
-Blueprint make() {
+/// The start value of a row from its text: a number, true or false, or an enumeration's item.
+double read_start(const Variable& row, const std::string& value) {
+  if (row.type == Type::boolean && (value == "true" || value == "false")) return value == "true" ? 1.0 : 0.0;
+  const auto item = std::ranges::find(row.items, value);
+  if (item != row.items.end()) return static_cast<double>(item - row.items.begin() + 1);
+  double number = 0.0;
+  const auto [end, failure] = std::from_chars(value.data(), value.data() + value.size(), number);
+  if (failure != std::errc() || end != value.data() + value.size() || !is_in_range(row, number)) {
+    std::string allowed = text(row.least) + " to " + text(row.most);
+    for (const std::string& name : row.items) append(allowed, name);
+    throw Error("configuration: start value '" + value + "' of " + row.name + " refused; allowed: " + allowed);
+  }
+  return number;
+}
+
+void set_starts(std::vector<Variable>& rows, const Configuration& configuration) {
+  for (const Start& start : configuration.starts) {
+    const auto row = std::ranges::find(rows, start.name, &Variable::name);
+    if (row == rows.end() || !has_start(*row))
+      throw Error("configuration: '" + start.name + "' is no parameter or input of this FMU at tcas = " +
+                  std::to_string(configuration.tcas) + ", segments = " + std::to_string(configuration.segments));
+    row->start = read_start(*row, start.value);
+  }
+}
+
+/// Leaves the states alone that move at the start values, and takes the others out of the lists of dependencies.
+void keep_moving_states(std::vector<Variable>& rows, const Configuration& configuration, std::size_t count) {
+  const auto model = make_model(configuration);
+  write_starts(rows, model->data().data());
+  require(model->build().at("configuration: the start values"));
+  std::vector<bool> moving(count, false);
+  if (model->check_states().is_ok()) moving = moving_states(*model, count);
+  std::erase_if(rows, [&](const Variable& row) { return row.causality == Causality::state && !moving[row.offset]; });
+  const auto is_gone = [&](const std::string& name) {
+    return std::ranges::none_of(rows, [&](const Variable& known) { return acts_as(known, name); });
+  };
+  for (Variable& row : rows) {
+    std::erase_if(row.depends_on, is_gone);
+    if (row.start_depends_on) std::erase_if(*row.start_depends_on, is_gone);
+  }
+}
+
+Blueprint make(const Configuration& configuration) {
   Blueprint blueprint;
   blueprint.identity = identity();
-  blueprint.rows = variables();
+  blueprint.configuration = configuration;
+  blueprint.rows = variables(configuration);
   for (Variable& row : blueprint.rows) {
     if (row.type == Type::boolean) row.range(0.0, 1.0);
     if (row.type == Type::enumeration) row.range(1.0, static_cast<double>(row.items.size()));
   }
   check_table(blueprint.rows);  // at build time already: describe_<name> comes by here too
+  set_starts(blueprint.rows, configuration);
+  blueprint.model_states =
+      static_cast<std::size_t>(std::ranges::count(blueprint.rows, Causality::state, &Variable::causality));
+  if (configuration.has_moving_states_only) keep_moving_states(blueprint.rows, configuration, blueprint.model_states);
   for (std::size_t i = 0; i < blueprint.rows.size(); ++i) {
     if (blueprint.rows[i].causality == Causality::state) blueprint.states.push_back(i);
     if (blueprint.rows[i].causality == Causality::parameter) blueprint.parameters.push_back(i);
@@ -88,9 +138,42 @@ bool acts_as(const Variable& known, std::string_view name) {
   return known.name == name || (known.name.starts_with(name) && known.name[name.size()] == '[');
 }
 
+void write_starts(const std::vector<Variable>& rows, std::byte* data) {
+  for (const Variable& row : rows)
+    if (has_start(row)) set_value(row, data, row.start);
+}
+
+std::vector<bool> moving_states(Model& model, std::size_t count) {
+  // A state that the parameters do not need reads as 0 whatever is written. The numbers differ, so that no projection
+  // on a plane of motion takes them all to 0 by chance.
+  constexpr double kSize = 1e-3;
+  std::vector<double> written(count), read(count, 0.0);
+  for (std::size_t k = 0; k < count; ++k) written[k] = kSize * (1.0 + std::sin(static_cast<double>(k + 1)) / 2.0);
+  model.set_states(written);
+  model.get_states(read);
+  std::vector<bool> moving(count);
+  for (std::size_t k = 0; k < count; ++k) moving[k] = read[k] != 0.0;
+  return moving;
+}
+
 const Blueprint& Blueprint::get() {
-  static const Blueprint blueprint = make();
+  static const Blueprint blueprint = make({});
   return blueprint;
+}
+
+std::shared_ptr<const Blueprint> Blueprint::of(const Configuration& configuration) {
+  if (configuration == Configuration()) return {std::shared_ptr<const Blueprint>(), &get()};
+  // Whoever makes one instance after another finds the last one still there; those of a sweep do not pile up.
+  static std::mutex mutex;
+  static std::vector<std::weak_ptr<const Blueprint>> in_use;
+  static std::shared_ptr<const Blueprint> last;
+  const std::scoped_lock lock(mutex);
+  std::erase_if(in_use, [](const auto& each) { return each.expired(); });
+  for (const auto& each : in_use)
+    if (auto blueprint = each.lock(); blueprint && blueprint->configuration == configuration) return last = blueprint;
+  last = std::make_shared<const Blueprint>(make(configuration));
+  in_use.push_back(last);
+  return last;
 }
 
 }  // namespace fmu

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <set>
 
 #include "description/log_categories.hpp"
@@ -116,6 +117,7 @@ std::string typed_element(const Variable& row, std::string_view derivative) {
 
 std::string model_variables(const Blueprint& blueprint) {
   const std::vector<Variable>& rows = blueprint.rows;
+  const std::size_t first_derivative = rows.size() - blueprint.states.size();
   std::string result = "  <ModelVariables>\n";
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const Variable& row = rows[i];
@@ -134,7 +136,7 @@ std::string model_variables(const Blueprint& blueprint) {
                attribute("initial", "calculated");
         break;
       case Causality::derivative:
-        derivative = attribute("derivative", static_cast<double>(blueprint.states[row.place] + 1));
+        derivative = attribute("derivative", static_cast<double>(blueprint.states[i - first_derivative] + 1));
         [[fallthrough]];
       case Causality::state:
         role = attribute("causality", "local") + attribute("variability", "continuous") +
@@ -152,51 +154,72 @@ std::string section(const std::string& name, const std::string& unknowns) {
   return unknowns.empty() ? "" : "    <" + name + ">\n" + unknowns + "    </" + name + ">\n";
 }
 
-/// Indices (from 1) of the rows that `names` mean, as the attribute wants them.
-std::string indices(const std::vector<Variable>& rows, const std::vector<std::string>& names) {
-  std::string known;
-  for (std::size_t k = 0; k < rows.size(); ++k)
-    if (std::ranges::any_of(names, [&](const std::string& name) { return acts_as(rows[k], name); }))
-      append(known, std::to_string(k + 1), " ");
-  return known;
+/// The rows of inputs and states that a name in a list of dependencies means; each name is looked up once, for a table
+/// of a long body has thousands of rows with the same lists.
+class Actors {
+ public:
+  explicit Actors(const std::vector<Variable>& rows) : rows_(rows) {}
+
+  const std::vector<std::size_t>& of(const std::string& name) {
+    const auto [place, is_new] = found_.try_emplace(name);
+    for (std::size_t k = 0; is_new && k < rows_.size(); ++k)
+      if (acts_as(rows_[k], name)) place->second.push_back(k);
+    return place->second;
+  }
+
+  void mark(const std::vector<std::string>& names, std::vector<bool>& known) {
+    for (const std::string& name : names)
+      for (const std::size_t k : of(name)) known[k] = true;
+  }
+
+ private:
+  const std::vector<Variable>& rows_;
+  std::map<std::string, std::vector<std::size_t>> found_;
+};
+
+/// Indices (from 1) of the marked rows, as the attribute wants them.
+std::string indices(const std::vector<bool>& known) {
+  std::string list;
+  for (std::size_t k = 0; k < known.size(); ++k)
+    if (known[k]) append(list, std::to_string(k + 1), " ");
+  return list;
 }
 
 /// The attribute `dependencies` of an initial unknown: all parameters, the inputs that act at once, and those that
 /// determine the states that act at once. Empty, which means everything, where a state may start from any input.
-std::string initial_dependencies(const std::vector<Variable>& rows, const Variable& unknown) {
+std::string initial_dependencies(const std::vector<Variable>& rows, Actors& actors, const Variable& unknown) {
   std::vector<bool> known(rows.size());
   const auto include_start_of = [&](const Variable& state) {
     if (!state.start_depends_on) return false;
-    for (std::size_t k = 0; k < rows.size(); ++k)
-      if (std::ranges::any_of(*state.start_depends_on, [&](const auto& name) { return acts_as(rows[k], name); }))
-        known[k] = true;
+    actors.mark(*state.start_depends_on, known);
     return true;
   };
   if (unknown.causality == Causality::state && !include_start_of(unknown)) return {};
-  for (std::size_t k = 0; k < rows.size(); ++k) {
-    if (rows[k].causality == Causality::parameter) known[k] = true;
-    if (std::ranges::none_of(unknown.depends_on, [&](const auto& name) { return acts_as(rows[k], name); })) continue;
-    if (rows[k].causality == Causality::input) known[k] = true;
-    if (rows[k].causality == Causality::state && !include_start_of(rows[k])) return {};
-  }
-  std::string list;
   for (std::size_t k = 0; k < rows.size(); ++k)
-    if (known[k]) append(list, std::to_string(k + 1), " ");
-  return attribute("dependencies", list);
+    if (rows[k].causality == Causality::parameter) known[k] = true;
+  for (const std::string& name : unknown.depends_on)
+    for (const std::size_t k : actors.of(name)) {
+      if (rows[k].causality == Causality::input) known[k] = true;
+      if (rows[k].causality == Causality::state && !include_start_of(rows[k])) return {};
+    }
+  return attribute("dependencies", indices(known));
 }
 
 /// Exact dependencies of outputs, derivatives and initial values: a host would otherwise see algebraic loops that do
 /// not exist (FMI 2.0.4, section 2.2.8).
 std::string model_structure(const std::vector<Variable>& rows) {
   std::string outputs, derivatives, initial;
+  Actors actors(rows);
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const Variable& row = rows[i];
     if (has_start(row)) continue;
     const std::string index = attribute("index", static_cast<double>(i + 1));
-    initial += "      <Unknown" + index + initial_dependencies(rows, row) + "/>\n";
+    initial += "      <Unknown" + index + initial_dependencies(rows, actors, row) + "/>\n";
     if (row.causality == Causality::state) continue;
+    std::vector<bool> known(rows.size());
+    actors.mark(row.depends_on, known);
     (row.causality == Causality::output ? outputs : derivatives) +=
-        "      <Unknown" + index + attribute("dependencies", indices(rows, row.depends_on)) + "/>\n";
+        "      <Unknown" + index + attribute("dependencies", indices(known)) + "/>\n";
   }
   return "  <ModelStructure>\n" + section("Outputs", outputs) + section("Derivatives", derivatives) +
          section("InitialUnknowns", initial) + "  </ModelStructure>\n";

@@ -1,4 +1,4 @@
-// The variable table of an FMU: one row per variable, declared once. Value, start, type and place all follow from a
+// The variable table of an FMU: one row per variable, declared once. Value, start, type and offset all follow from a
 // member of the model's data struct; from the rows come get and set, modelDescription.xml and the GUID.
 #pragma once
 
@@ -10,6 +10,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "model/configuration.hpp"
 #include "model/model.hpp"
 
 namespace fmu {
@@ -23,8 +24,8 @@ struct Variable {
   std::string description;
   Type type = Type::real;
   Causality causality = Causality::parameter;
-  std::ptrdiff_t place = 0;        // bytes from the start of Model::data(); states and derivatives: index of the state
-  std::ptrdiff_t derivative = -1;  // outputs: place of the first time derivative, -1 where none is offered
+  std::ptrdiff_t offset = 0;  // byte offset from the start of Model::data(); states and derivatives: index of the state
+  std::ptrdiff_t derivative = -1;  // outputs: byte offset of the first time derivative, -1 where none is offered
   double start = 0.0;              // of inputs and parameters, read from the default-constructed data struct
   double least = -std::numeric_limits<double>::infinity();
   double most = std::numeric_limits<double>::infinity();
@@ -75,7 +76,7 @@ class Table {
   Variable& output(std::string name, const double& member, const double& rate, std::string unit,
                    std::string description) {
     Variable& row = output(std::move(name), member, std::move(unit), std::move(description));
-    row.derivative = place_of(rate);
+    row.derivative = offset_of(rate);
     return row;
   }
 
@@ -87,7 +88,7 @@ class Table {
     row.rate_unit = std::move(rate_unit);
     row.description = std::move(description);
     row.causality = Causality::state;
-    row.place = states_++;
+    row.offset = states_++;
     return row;
   }
 
@@ -95,7 +96,7 @@ class Table {
 
  private:
   template <class Member>
-  std::ptrdiff_t place_of(const Member& member) const {
+  std::ptrdiff_t offset_of(const Member& member) const {
     return reinterpret_cast<const std::byte*>(&member) - base_;
   }
 
@@ -109,7 +110,7 @@ class Table {
     row.unit = std::move(unit);
     row.description = std::move(description);
     row.causality = causality;
-    row.place = place_of(member);
+    row.offset = offset_of(member);
     row.start = static_cast<double>(member);
     if constexpr (std::is_same_v<Member, int>) row.type = Type::integer;
     if constexpr (std::is_same_v<Member, bool>) row.type = Type::boolean;
@@ -134,7 +135,8 @@ struct Identity {
   double step_size = 0.1;   // [s]
 };
 Identity identity();
-std::vector<Variable> variables();
-std::unique_ptr<Model> make_model();
+/// All rows at that size, whatever start values and states the configuration asks for: the blueprint sees to those.
+std::vector<Variable> variables(const Configuration& configuration);
+std::unique_ptr<Model> make_model(const Configuration& configuration);
 
 }  // namespace fmu

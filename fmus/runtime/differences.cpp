@@ -24,23 +24,23 @@ constexpr std::array<Pair, 2> kPairs{{{1.0, 8.0 / 12}, {2.0, -1.0 / 12}}};
 void Instance::move(const Variable& known, double change) {
   if (known.causality == Causality::state) {
     refresh(Causality::state);
-    states_[known.place] += change;
+    states_[known.offset] += change;
     model_->set_states(states_);
     invalidate();
     has_states_ = true;
     return;
   }
-  store(data(), known.place, load<double>(data(), known.place) + change);
+  store(data(), known.offset, load<double>(data(), known.offset) + change);
   mark_changed();
 }
 
 /// Makes the direction that of the inputs' first time derivatives.
 void Instance::aim(std::span<const Reference> knowns, const double* known) {
   constexpr auto kFirst = static_cast<std::ptrdiff_t>(sizeof(double));
-  for (const std::size_t index : blueprint_.inputs) store(data(), blueprint_.rows[index].place + kFirst, 0.0);
+  for (const std::size_t index : blueprint_.inputs) store(data(), blueprint_.rows[index].offset + kFirst, 0.0);
   for (std::size_t i = 0; i < knowns.size(); ++i) {
     const Variable& variable = blueprint_.rows[knowns[i]];
-    if (variable.causality != Causality::state) store(data(), variable.place + kFirst, known[i]);
+    if (variable.causality != Causality::state) store(data(), variable.offset + kFirst, known[i]);
   }
 }
 
@@ -49,9 +49,9 @@ std::vector<double> Instance::rates_along(std::span<const Reference> knowns, con
   std::vector<double> dx(states_.size()), ddx(states_.size());
   for (std::size_t i = 0; i < knowns.size(); ++i) {
     const Variable& variable = blueprint_.rows[knowns[i]];
-    if (variable.causality == Causality::state) dx[variable.place] = known[i];
+    if (variable.causality == Causality::state) dx[variable.offset] = known[i];
   }
-  if (!model_->check_states().is_ok() || !model_->rates_along(progress_.time, dx, ddx)) ddx.clear();
+  if (!check_states().is_ok() || !model_->rates_along(progress_.time, dx, ddx)) ddx.clear();
   return ddx;
 }
 
@@ -95,7 +95,7 @@ void Instance::directional_derivative(std::span<const Reference> unknowns, std::
     return !exact.empty() && blueprint_.rows[reference].causality == Causality::derivative;
   };
   for (std::size_t i = 0; i < unknowns.size(); ++i)
-    if (is_exact(unknowns[i])) unknown[i] = exact[blueprint_.rows[unknowns[i]].place];
+    if (is_exact(unknowns[i])) unknown[i] = exact[blueprint_.rows[unknowns[i]].offset];
   if (std::ranges::all_of(unknowns, is_exact)) return;
 
   std::vector<double> ahead(unknowns.size()), behind(unknowns.size());
@@ -131,10 +131,10 @@ void Instance::output_rates(std::span<const Reference> references, double* rates
       knowns.push_back(static_cast<Reference>(blueprint_.inputs[i]));
       direction.push_back(input_rates_[i]);
     }
-  if (model_->check_states().is_ok()) {
+  if (check_states().is_ok()) {
     refresh(Causality::derivative);
     for (const std::size_t state : blueprint_.states) {
-      const double rate = rates_[blueprint_.rows[state].place];
+      const double rate = rates_[blueprint_.rows[state].offset];
       if (rate == 0.0) continue;
       knowns.push_back(static_cast<Reference>(state));
       direction.push_back(rate);
@@ -161,9 +161,10 @@ void Instance::step_rates(std::span<const Reference> references, double* rates) 
     for (std::size_t k = 0; k < kWeights.size() && status.is_ok(); ++k) {
       if (k > 0) {
         for (std::size_t i = 0; i < blueprint_.inputs.size(); ++i) {
-          const std::ptrdiff_t place = blueprint_.rows[blueprint_.inputs[i]].place;
-          const double value = load<double>(here.data.data(), place) + static_cast<double>(k - 1) * h * input_rates_[i];
-          store(data(), place, Polynomial{value, input_rates_[i]});
+          const std::ptrdiff_t offset = blueprint_.rows[blueprint_.inputs[i]].offset;
+          const double value =
+              load<double>(here.data.data(), offset) + static_cast<double>(k - 1) * h * input_rates_[i];
+          store(data(), offset, Polynomial{value, input_rates_[i]});
         }
         status = model_->step(progress_.time + static_cast<double>(k - 1) * h, h).status;
         advance_inputs(h, true);

@@ -16,7 +16,7 @@ constexpr double kPastStop = 0.1;
 void Instance::refresh_rates() {
   if (has_rates_) return;
   std::ranges::fill(rates_, 0.0);
-  if (model_->check_states().is_ok()) require(model_->rates(progress_.time, rates_).at(now()));
+  if (check_states().is_ok()) require(model_->rates(progress_.time, rates_).at(now()));
   has_rates_ = true;
 }
 
@@ -30,8 +30,9 @@ void Instance::set_time(double t) {
 }
 
 void Instance::need_states(std::size_t count) const {
-  if (count != states_.size())
-    throw Error("room for " + std::to_string(count) + " states, this FMU has " + std::to_string(states_.size()));
+  if (count != blueprint_.states.size())
+    throw Error("room for " + std::to_string(count) + " states, this FMU has " +
+                std::to_string(blueprint_.states.size()));
 }
 
 void Instance::set_states(std::span<const double> x) {
@@ -40,14 +41,15 @@ void Instance::set_states(std::span<const double> x) {
     if (!std::isfinite(x[i]))
       throw Error(blueprint_.rows[blueprint_.states[i]].name + " = " + text(x[i]) +
                   " refused; give a finite value, nothing was changed");
-  model_->set_states(x);
+  for (std::size_t i = 0; i < x.size(); ++i) states_[blueprint_.rows[blueprint_.states[i]].offset] = x[i];
+  model_->set_states(states_);
   invalidate();
 }
 
 void Instance::get_states(std::span<double> x) {
   need_states(x.size());
   refresh(Causality::state);
-  std::ranges::copy(states_, x.begin());
+  for (std::size_t i = 0; i < x.size(); ++i) x[i] = states_[blueprint_.rows[blueprint_.states[i]].offset];
 }
 
 void Instance::get_nominals(std::span<double> x) const {
@@ -58,8 +60,10 @@ void Instance::get_nominals(std::span<double> x) const {
 void Instance::get_derivatives(std::span<double> dx) {
   need_states(dx.size());
   refresh(Causality::derivative);
-  for (std::size_t i = 0; i < dx.size(); ++i) finite(blueprint_.rows[blueprint_.states[i]], rates_[i]);
-  std::ranges::copy(rates_, dx.begin());
+  for (std::size_t i = 0; i < dx.size(); ++i) {
+    const Variable& row = blueprint_.rows[blueprint_.states[i]];
+    dx[i] = finite(row, rates_[row.offset]);
+  }
 }
 
 }  // namespace fmu

@@ -9,6 +9,7 @@
 
 #include "fmi2Functions.h"
 #include "runtime/instance.hpp"
+#include "runtime/resources.hpp"
 
 namespace {
 
@@ -89,6 +90,22 @@ int number_of(const Enumeration& enumerator) {
   return number;
 }
 
+/// The blueprint of that GUID: the default one, or that of the configuration in the resources. Throws Error.
+std::shared_ptr<const fmu::Blueprint> blueprint_of(fmi2String guid, fmi2String resources) {
+  auto blueprint = fmu::Blueprint::of({});
+  if (guid && blueprint->guid == guid) return blueprint;
+  const std::string problem = "GUID " + std::string(guid ? guid : "(null)") + " was given, this binary has " +
+                              blueprint->guid + " at its default size";
+  const std::string remedy = "; modelDescription.xml and binary are of different builds, build the FMU again";
+  try {
+    blueprint = fmu::Blueprint::of(fmu::read_configuration_file(resources ? resources : ""));
+  } catch (const std::exception& error) {
+    throw Error(problem + ", and at another: " + error.what() + remedy);
+  }
+  if (guid && blueprint->guid == guid) return blueprint;
+  throw Error(problem + " and " + blueprint->guid + " for the configuration in its resources" + remedy);
+}
+
 [[noreturn]] void refuse_strings() { throw Error("this FMU has no String variables"); }
 
 }  // namespace
@@ -101,20 +118,19 @@ const char* fmi2GetTypesPlatform() { return fmi2TypesPlatform; }
 
 const char* fmi2GetVersion() { return fmi2Version; }
 
-fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2String fmuGUID, fmi2String,
-                              const fmi2CallbackFunctions* functions, fmi2Boolean, fmi2Boolean loggingOn) try {
+fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2String fmuGUID,
+                              fmi2String fmuResourceLocation, const fmi2CallbackFunctions* functions, fmi2Boolean,
+                              fmi2Boolean loggingOn) try {
   const std::string name = instanceName ? instanceName : "";
   try {
     if (!instanceName || !*instanceName) throw Error("the instance needs a name that is not empty");
-    const fmu::Blueprint& blueprint = fmu::Blueprint::get();
-    if (!fmuGUID || blueprint.guid != fmuGUID)
-      throw Error("GUID " + std::string(fmuGUID ? fmuGUID : "(null)") + " was given, this binary has " +
-                  blueprint.guid + "; modelDescription.xml and binary are of different builds, build the FMU again");
+    auto blueprint = blueprint_of(fmuGUID, fmuResourceLocation);
     const int type = number_of(fmuType);
     if (type != fmi2CoSimulation && type != fmi2ModelExchange)
       throw Error("fmuType " + std::to_string(type) + "; allowed: 0 (model exchange), 1 (co-simulation)");
     const auto interface = type == fmi2CoSimulation ? fmu::Interface::co_simulation : fmu::Interface::model_exchange;
-    return std::make_unique<Instance>(blueprint, interface, fmu::Log(name, functions, loggingOn != fmi2False))
+    return std::make_unique<Instance>(std::move(blueprint), interface,
+                                      fmu::Log(name, functions, loggingOn != fmi2False))
         .release();
   } catch (const std::exception& error) {
     // Logged whatever loggingOn says: there is no instance that could be asked.

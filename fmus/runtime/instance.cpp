@@ -16,16 +16,18 @@ constexpr double kLeastUlps = 8.0;            // least step, in units of roundin
 // Steps outside of these have no use; their powers, which models form, would overflow [s].
 constexpr double kLeastStep = 1e-40, kMostStep = 1e40;
 
-Instance::Instance(const Blueprint& blueprint, Interface interface, Log log)
-    : blueprint_(blueprint),
+Instance::Instance(std::shared_ptr<const Blueprint> blueprint, Interface interface, Log log)
+    : owner_(std::move(blueprint)),
+      blueprint_(*owner_),
       log_(std::move(log)),
-      model_(make_model()),
-      input_rates_(blueprint.inputs.size(), 0.0),
-      has_new_derivatives_(blueprint.rows.size(), false),
-      states_(blueprint.states.size()),
-      rates_(blueprint.states.size()) {
+      model_(make_model(blueprint_.configuration)),
+      input_rates_(blueprint_.inputs.size(), 0.0),
+      has_new_derivatives_(blueprint_.rows.size(), false),
+      states_(blueprint_.model_states),
+      rates_(blueprint_.model_states) {
   progress_.interface = interface;
   const auto data = model_->data();
+  write_starts(blueprint_.rows, data.data());
   start_data_.assign(data.begin(), data.end());
   model_->warn = [this](std::string_view message) {
     warned_ = true;
@@ -79,7 +81,7 @@ void Instance::use_tolerance(double asked) {
 void Instance::exit_initialization() {
   build_and_initialise();
   const bool is_slave = progress_.interface == Interface::co_simulation;
-  if (!is_slave) require(model_->check_states().at("no model exchange"));
+  if (!is_slave) require(check_states().at("no model exchange"));
   progress_.mode = is_slave ? Mode::step_complete : Mode::event;
 }
 
@@ -94,7 +96,7 @@ void Instance::reset() {
 void Instance::build_and_initialise() {
   read_parameters(parameters_);
   if (parameters_ != built_with_) {
-    require(model_->build());
+    build();
     built_with_ = parameters_;
     progress_.is_initialised = false;
     log_.write(category::events, "built for new parameters");
@@ -105,6 +107,27 @@ void Instance::build_and_initialise() {
   require(model_->initialise(progress_.time));
   progress_.is_initialised = true;
   if (log_.is_on(category::events)) log_.write(category::events, "initialised at t = " + text(progress_.time) + " s");
+}
+
+/// Builds the model for its present parameters. Throws Error, with the model as it was.
+void Instance::build() {
+  require(model_->build());
+  missing_state_.clear();
+  if (!blueprint_.configuration.has_moving_states_only || !model_->check_states().is_ok()) return;
+  std::vector<bool> moving = moving_states(*model_, blueprint_.model_states);
+  for (const std::size_t state : blueprint_.states) moving[blueprint_.rows[state].offset] = false;
+  const auto missing = std::ranges::find(moving, true);
+  if (missing == moving.end()) return;
+  const auto all = variables(blueprint_.configuration);
+  auto row = std::ranges::find(all, Causality::state, &Variable::causality);
+  missing_state_ = row[missing - moving.begin()].name;
+}
+
+/// Success when the host can integrate: the model has states, and all that move are declared.
+Status Instance::check_states() const {
+  if (missing_state_.empty()) return model_->check_states();
+  return Status::error(missing_state_ + " moves at these parameters, but this FMU was written without it",
+                       "keep the level of detail that it was written for, or write it anew with the parameters wanted");
 }
 
 void Instance::invalidate() { progress_.is_evaluated = has_states_ = has_rates_ = false; }
@@ -154,7 +177,7 @@ void Instance::check_step(double t, double h) const {
 Status Instance::check_inputs(double h) const {
   for (const std::size_t index : blueprint_.inputs) {
     const Variable& row = blueprint_.rows[index];
-    const auto u = load<Polynomial>(model_->data().data(), row.place);
+    const auto u = load<Polynomial>(model_->data().data(), row.offset);
     if (core::is_constant(u)) continue;
     const auto [least, most] = core::extremes(u, h);
     if (is_in_widened_range(row, least) && is_in_widened_range(row, most)) continue;
@@ -210,10 +233,10 @@ bool Instance::step(double t, double h) {
 /// polynomial, from its new origin.
 void Instance::advance_inputs(double h, bool is_complete) {
   for (std::size_t i = 0; i < blueprint_.inputs.size(); ++i) {
-    const std::ptrdiff_t place = blueprint_.rows[blueprint_.inputs[i]].place;
-    const auto u = load<Polynomial>(data(), place);
+    const std::ptrdiff_t offset = blueprint_.rows[blueprint_.inputs[i]].offset;
+    const auto u = load<Polynomial>(data(), offset);
     input_rates_[i] = core::rate(u, h);
-    store(data(), place, is_complete ? Polynomial{core::value(u, h)} : core::shifted(u, h));
+    store(data(), offset, is_complete ? Polynomial{core::value(u, h)} : core::shifted(u, h));
   }
 }
 
@@ -251,9 +274,11 @@ void Instance::restore(const Snapshot& snapshot) {
       throw Error("the state does not fit this FMU's parameters");
     read_parameters(parameters_);
     write_parameters(snapshot.built_with);
-    if (const Status status = model_->build(); !status.is_ok()) {
+    try {
+      build();
+    } catch (const Error&) {
       write_parameters(parameters_);
-      throw Error(status);
+      throw;
     }
     built_with_ = snapshot.built_with;
     log_.write(category::events, "built for the parameters of a restored state");

@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <string>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -26,7 +27,7 @@ using ValueOf = std::conditional_t<access == Access::real, double, int>;
 
 class Instance {
  public:
-  Instance(const Blueprint& blueprint, Interface interface, Log log);
+  Instance(std::shared_ptr<const Blueprint> blueprint, Interface interface, Log log);
   Instance(const Instance&) = delete;
 
   Log& log() { return log_; }
@@ -105,6 +106,8 @@ class Instance {
   void refresh_rates();
   std::string now() const;
   void need_states(std::size_t count) const;
+  void build();
+  Status check_states() const;
   void use_tolerance(double asked);
   void check_step(double t, double h) const;
   Status check_inputs(double h) const;
@@ -115,6 +118,7 @@ class Instance {
   double finite(const Variable& row, double value) const;
   void advance_inputs(double h, bool is_complete);
 
+  const std::shared_ptr<const Blueprint> owner_;
   const Blueprint& blueprint_;
   Log log_;
   std::unique_ptr<Model> model_;
@@ -125,7 +129,9 @@ class Instance {
   std::vector<double> memory_before_;      // scratch of step()
   std::vector<double> input_rates_;        // see Snapshot
   std::vector<bool> has_new_derivatives_;  // per row: input derivatives set since a step that came part of the way
-  std::vector<double> states_, rates_;     // views of memory(), brought up to date on demand
+  // Views of memory(), all states of the model, brought up to date on demand.
+  std::vector<double> states_, rates_;
+  std::string missing_state_;  // a state that moves as built, though the configuration has left it out; empty: none
   bool has_states_ = false, has_rates_ = false;
   std::vector<double> parameters_;  // scratch of build_and_initialise()
   std::vector<std::unique_ptr<Snapshot>> saved_;

@@ -85,8 +85,8 @@ void check(const Blueprint& blueprint, std::span<const std::byte> bytes) {
   if (last.word() != hash(bytes.first(bytes.size() - sizeof(Word))))
     throw Error("the serialised state is damaged: its checksum does not match" + remedy);
   if (reader.word() != hash(blueprint.guid))
-    throw Error("the serialised state belongs to another FMU or version than " + blueprint.identity.name + " " +
-                blueprint.guid + remedy);
+    throw Error("the serialised state belongs to another FMU, version or configuration than " +
+                blueprint.identity.name + " " + blueprint.guid + remedy);
 }
 
 [[noreturn]] void refuse(const std::string& what) {
@@ -126,7 +126,7 @@ void validate(const Blueprint& blueprint, const Snapshot& snapshot) {
   }
   for (const std::size_t index : blueprint.inputs) {
     const Variable& row = blueprint.rows[index];
-    const auto parts = load<Polynomial>(snapshot.data.data(), row.place);
+    const auto parts = load<Polynomial>(snapshot.data.data(), row.offset);
     for (const double part : parts)
       if (!std::isfinite(part)) refuse(row.name + " is not finite");
     if (!is_in_widened_range(row, parts[0])) refuse(row.name + " is out of its range");
@@ -165,7 +165,7 @@ void serialise(const Blueprint& blueprint, const Snapshot& snapshot, std::span<s
   for (const std::size_t index : blueprint.parameters)
     values.push_back(value_of(blueprint.rows[index], snapshot.data.data()));
   for (const std::size_t index : blueprint.inputs)
-    for (const double part : load<Polynomial>(snapshot.data.data(), blueprint.rows[index].place))
+    for (const double part : load<Polynomial>(snapshot.data.data(), blueprint.rows[index].offset))
       values.push_back(part);
   writer.put(std::span<const double>(values));
   writer.put(std::span(snapshot.built_with));
@@ -210,7 +210,7 @@ Snapshot deserialise(const Blueprint& blueprint, std::span<const std::byte> byte
   for (const std::size_t index : blueprint.inputs) {
     Polynomial parts;
     for (double& part : parts) part = *next++;
-    store(snapshot.data.data(), blueprint.rows[index].place, parts);
+    store(snapshot.data.data(), blueprint.rows[index].offset, parts);
   }
   snapshot.is_foreign = true;
   validate(blueprint, snapshot);

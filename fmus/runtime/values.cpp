@@ -83,9 +83,9 @@ void Instance::get(std::span<const Reference> references, ValueOf<access>* value
     if (!has_start(variable)) refresh(variable.causality);
     if constexpr (access == Access::real)
       *values++ =
-          finite(variable, variable.causality == Causality::state        ? states_[variable.place]
-                           : variable.causality == Causality::derivative ? rates_[variable.place]
-                                                                         : load<double>(data(), variable.place));
+          finite(variable, variable.causality == Causality::state        ? states_[variable.offset]
+                           : variable.causality == Causality::derivative ? rates_[variable.offset]
+                                                                         : load<double>(data(), variable.offset));
     else
       *values++ = static_cast<int>(value_of(variable, data()));
   }
@@ -101,7 +101,7 @@ void Instance::set(std::span<const Reference> references, const ValueOf<access>*
       set_input(references[i], static_cast<double>(values[i]));
     } else if (variable.causality == Causality::state) {
       refresh(Causality::state);
-      states_[variable.place] = static_cast<double>(values[i]);
+      states_[variable.offset] = static_cast<double>(values[i]);
       has_set_states = true;
     } else {
       set_value(variable, data(), values[i]);
@@ -115,11 +115,11 @@ void Instance::set(std::span<const Reference> references, const ValueOf<access>*
 /// Sets the value and leaves derivatives that were set for the coming step, in whichever order the calls come. What is
 /// left of the polynomial of a step that came part of the way ends here.
 void Instance::set_input(Reference reference, double value) {
-  const std::ptrdiff_t place = blueprint_.rows[reference].place;
-  auto u = load<Polynomial>(data(), place);
+  const std::ptrdiff_t offset = blueprint_.rows[reference].offset;
+  auto u = load<Polynomial>(data(), offset);
   if (progress_.mode == Mode::step_failed && !has_new_derivatives_[reference]) u = {};
   u[0] = value;
-  store(data(), place, u);
+  store(data(), offset, u);
 }
 
 template void Instance::get<Access::real>(std::span<const Reference>, double*);
@@ -141,12 +141,12 @@ void Instance::set_input_derivatives(std::span<const Reference> references, cons
                   " refused; give a finite value, nothing was changed");
   }
   for (std::size_t i = 0; i < references.size(); ++i) {
-    const std::ptrdiff_t place = blueprint_.rows[references[i]].place;
-    auto u = load<Polynomial>(data(), place);
+    const std::ptrdiff_t offset = blueprint_.rows[references[i]].offset;
+    auto u = load<Polynomial>(data(), offset);
     if (progress_.mode == Mode::step_failed && !has_new_derivatives_[references[i]]) u = {u[0]};
     has_new_derivatives_[references[i]] = true;
     u[static_cast<std::size_t>(orders[i])] = values[i];
-    store(data(), place, u);
+    store(data(), offset, u);
   }
   mark_changed();
 }

@@ -225,7 +225,7 @@ fmu::Identity fmu::identity() {
   return {.name = "rod", .description = "Dynamic Cosserat rod driven by twisted-and-coiled actuators"};
 }
 
-std::vector<fmu::Variable> fmu::variables() {
+std::vector<fmu::Variable> fmu::variables(const fmu::Configuration&) {
   const rod::Data defaults;
   Table<rod::Data> table(defaults);
   add_parameters(table, defaults.parameters);
@@ -235,4 +235,4 @@ std::vector<fmu::Variable> fmu::variables() {
   return std::move(table).rows();
 }
 
-std::unique_ptr<fmu::Model> fmu::make_model() { return std::make_unique<rod::RodModel>(); }
+std::unique_ptr<fmu::Model> fmu::make_model(const fmu::Configuration&) { return std::make_unique<rod::RodModel>(); }

@@ -56,7 +56,7 @@ int main() {
     fmi2FreeFMUstate(fmu, &fresh);
   });
 
-  const auto model = fmu::make_model();
+  const auto model = fmu::make_model({});
   if (!model->build().is_ok() || !model->initialise(0.0).is_ok()) {
     std::fputs("the probe does not start\n", stderr);
     return 1;

@@ -126,7 +126,7 @@ Identity identity() {
           .step_size = 0.1};
 }
 
-std::vector<Variable> variables() {
+std::vector<Variable> variables(const Configuration&) {
   const Data defaults;
   Table<Data> table(defaults);
   geometry_and_material(table, defaults.parameters);
@@ -137,6 +137,6 @@ std::vector<Variable> variables() {
   return std::move(table).rows();
 }
 
-std::unique_ptr<Model> make_model() { return std::make_unique<thermal::ThermalModel>(); }
+std::unique_ptr<Model> make_model(const Configuration&) { return std::make_unique<thermal::ThermalModel>(); }
 
 }  // namespace fmu

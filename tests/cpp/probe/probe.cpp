@@ -117,7 +117,7 @@ namespace fmu {
 
 Identity identity() { return {"probe", "Chain of masses & springs, to try the \"runtime\" with", 1.0, 0.1}; }
 
-std::vector<Variable> variables() {
+std::vector<Variable> variables(const Configuration&) {
   const probe::Data d;
   Table<probe::Data> table(d);
   table.parameter("mass", d.mass, "kg", "Mass of each body, 0.1 < m").range(0.1, 10.0);
@@ -146,6 +146,6 @@ std::vector<Variable> variables() {
   return std::move(table).rows();
 }
 
-std::unique_ptr<Model> make_model() { return std::make_unique<probe::Chain>(); }
+std::unique_ptr<Model> make_model(const Configuration&) { return std::make_unique<probe::Chain>(); }
 
 }  // namespace fmu
