@@ -1,8 +1,13 @@
-"""Markers of whole modules: what `make check` leaves out, because it is slow or needs other makers' software."""
+"""Markers of whole modules: what `make check` leaves out, because it is slow or needs other makers' software; and
+fixtures of several modules."""
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
+from fmu_maker import boolean, integer, make_fmu, real
+from ssp_maker import Reader
 
 HOSTS = {"test_cofmupy", "test_hosts", "test_peers", "test_portable"}
 SLOW = {
@@ -48,3 +53,33 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             item.add_marker(pytest.mark.hosts)
         if name in SLOW:
             item.add_marker(pytest.mark.slow)
+
+
+@pytest.fixture(scope="session")
+def ssp_fmus(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
+    """src: y = k; dst: y = u + 1000 p; none of them has units, celsius has."""
+    folder = tmp_path_factory.mktemp("fmus")
+    source = [real("y"), real("k", "parameter", start=1), boolean("on", "parameter", start="false")]
+    target = [
+        real("u", "input", start=0),
+        real("y"),
+        real("p", "parameter", start=7),
+        integer("n", "parameter", start=0),
+    ]
+    celsius = [real("u", "input", start=0, unit="degC"), real("y", unit="degC")]
+    made = [
+        make_fmu(folder / "src.fmu", source, output="real[0] = real[1];"),
+        make_fmu(folder / "dst.fmu", target, output="real[1] = real[0] + 1000 * real[2];"),
+        make_fmu(
+            folder / "celsius.fmu",
+            celsius,
+            output="real[1] = real[0];",
+            units='<Unit name="degC"><BaseUnit K="1" offset="273.15"/></Unit>',
+        ),
+    ]
+    return {path.name: path.read_bytes() for path in made}
+
+
+@pytest.fixture
+def reading(tmp_path: Path, ssp_fmus: dict[str, bytes]) -> Reader:
+    return Reader(tmp_path, ssp_fmus)

@@ -174,7 +174,7 @@ MAPPED = '<ssd:ParameterMapping source="resources/a.ssm"/>'
         ('<ssv:Integer value="0"/>', '<ssv:Binary value="0"/>', "Binary"),
         ('"CoSimulation"', '"ModelExchange"', "Component rod: implementation ModelExchange"),
         ('source="resources/thermal.fmu"', 'source="resources/cold.fmu"', "Component heat: source 'resources"),
-        ('name="heat" source', 'name="heat" type="application/x-ssp-package" source', "Component heat: type"),
+        ('name="heat" source', 'name="heat" type="application/x-ssp-package" source', "is no FMU; put an SSP"),
         ('source="resources/all.ssv"', 'source="resources/none.ssv"', "ParameterBinding of arm: source"),
         ('source="resources/all.ssv"', 'sourceBase="component" source="resources/all.ssv"', "sourceBase"),
         ('startTime="0"', 'startTime="3"', "start_time = 3.0: not before the stop time, 2 s"),

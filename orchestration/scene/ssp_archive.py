@@ -5,6 +5,7 @@ FMPy, everything is read that version 1 can say; elements beyond that are refuse
 
 from __future__ import annotations
 
+import posixpath
 import re
 import zipfile
 from collections.abc import Iterable, Iterator, Mapping
@@ -35,6 +36,7 @@ TYPES = _VALUES | _VALUES_2
 _BASE_UNITS = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
 _TRANSFORMATIONS = {"LinearTransformation"}
 _MAPPINGS = {f"{kind}MappingTransformation" for kind in ("Boolean", "Integer", "Enumeration")}
+_WITH_FILES = {"Component", "ParameterBinding", "ParameterMapping", "SignalDictionary"}  # source is that of a file
 # Elements that change nothing that is computed: drawings, texts, what is read from anywhere.
 _WITHOUT_EFFECT = {
     "Annotations",
@@ -128,12 +130,12 @@ class SSPArchive:
         raise SceneError(f"{self.path}: {element}: {problem}")
 
     def resolve(self, source: str, element: str) -> str:
-        """Find the entry of a source, which is a URI relative to the SSD: percent-encoded, with or without ./"""
+        """Find the entry of a source, a URI relative to the archive's top: percent-encoded, with or without ./"""
         parts = urlsplit(source)
         if parts.netloc or len(parts.scheme) > 1:
             self.refuse(element, f"source {source!r} lies outside the archive; put the file into it")
         for text in (source, unquote(source), unquote(parts.path)):
-            name = str(PurePosixPath(text.replace("\\", "/")))
+            name = posixpath.normpath(text.replace("\\", "/"))
             if name in self._entries:
                 return name
         self.refuse(element, f"source {source!r} is not in the archive; put it there")
@@ -143,7 +145,7 @@ class SSPArchive:
         return self.path.resolve() / self._entries[entry]
 
     def document(self, entry: str, root_name: str) -> etree._Element:
-        """Read and check an XML document.
+        """Read and check an XML document. Its sources become relative to the archive's top.
 
         root_name: of its root element; a missing entry, malformed XML, a document that is not valid, and elements that
         are not supported raise SceneError."""
@@ -169,6 +171,7 @@ class SSPArchive:
         elif not re.match(r"2\.", version):
             self.refuse(entry, f"version {version!r} is not supported; allowed: 1.0, and 2.0 as far as 1.0 goes")
         self._check(root)
+        _rebase(root, posixpath.dirname(entry))
         self.texts.append(text.decode("utf-8-sig", "replace"))
         return root
 
@@ -185,6 +188,14 @@ class SSPArchive:
             if name not in _READ.get(tag, set()):
                 self.refuse(f"{tag}/{name} {_called(child) or _called(element)}".strip(), _unsupported(name))
             self._check(child)
+
+
+def _rebase(root: etree._Element, folder: str) -> None:
+    """Make sources, which are relative to the folder of their document, relative to the archive's top."""
+    for element in root.iter(etree.Element) if folder else ():
+        source = element.get("source")
+        if local_name(element) in _WITH_FILES and source and not re.match(r"#|[\w+.-]+:", source):
+            element.set("source", f"{folder}/{source}")
 
 
 def _unsupported(name: str) -> str:

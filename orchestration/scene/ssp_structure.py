@@ -21,6 +21,7 @@ from .unit_conversion import Unit, conversion, unit_of
 __all__ = ["Component", "Connector", "Reached", "Structure", "attribute_number"]
 
 _FMU, _DEFINITION = "application/x-fmu-sharedlibrary", "application/x-ssp-definition"
+_PACKAGE = "application/x-ssp-package"
 _DICTIONARY = "application/x-ssp-signal-dictionary"
 _SOURCES, _TARGETS = ("output", "calculatedParameter"), ("input", "parameter")
 
@@ -158,6 +159,12 @@ class Structure:
         if kind == _DEFINITION:
             self._add_definition(element, root, path, source)
             return
+        if kind == _PACKAGE or source.lower().endswith((".ssp", ".ssd")):
+            self.archive.refuse(
+                f"Component {name}",
+                f"source {source!r} is no FMU; put an SSP package's files into a folder of this archive, and give its "
+                f'SystemStructure.ssd as source with type="{_DEFINITION}"',
+            )
         if kind != _FMU:
             self.archive.refuse(f"Component {name}", f"type {kind!r} is not supported; give an FMU")
         if any(component.name == name for component in self.components.values()):

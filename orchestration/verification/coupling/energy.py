@@ -7,7 +7,9 @@ the power that the other side takes differ by what the coupling itself adds."""
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+import re
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,6 +23,7 @@ from .runs import CoupledRun
 __all__ = ["PowerBond", "find_bonds", "power_bonds"]
 
 _WATT = {"kg": 1, "m": 2, "s": -3}
+_SHRINKS = 0.75  # largest ratio of the shares of two steps, one half of the other, that vanish; 0.5 at order 1
 
 
 @dataclass(frozen=True)
@@ -47,18 +50,23 @@ class PowerBond:
 
 
 def find_bonds(scene: Scene) -> list[tuple[Connection, Connection]]:
-    """The pairs of connections whose units make them a power bond; each connection in one pair at most."""
+    """The pairs of connections whose units make them a power bond; each connection in one pair at most.
+
+    Where units allow several pairs, the names of the ports decide: on each side of a bond both variables have one
+    prefix and one number, as in port.v[2] and port.i[2]. Connections that can still be paired in several ways are in
+    no pair."""
+    candidates = [
+        pair
+        for pair in itertools.combinations(scene.connections, 2)
+        if _opposite(*pair) and _product(*(_variable(scene, *c.source).dimension for c in pair)) == _WATT
+    ]
     pairs, used = [], set[Connection]()
-    for forward, backward in itertools.combinations(scene.connections, 2):
-        opposite = (forward.source[0], forward.target[0]) == (backward.target[0], backward.source[0])
-        if not opposite or forward.source[0] == forward.target[0] or {forward, backward} & used:
-            continue
-        same_element = _index(forward) == _index(backward)
-        units = [_variable(scene, *connection.source).dimension for connection in (forward, backward)]
-        if same_element and None not in units and _product(*units) == _WATT:  # type: ignore[arg-type]
-            pairs.append((forward, backward))
-            used |= {forward, backward}
-    return pairs
+    for sides in (2, 1, 0):
+        level = [pair for pair in candidates if _matching_sides(*pair) == sides and not used & set(pair)]
+        often = Counter(itertools.chain(*level))
+        pairs += [pair for pair in level if all(often[connection] == 1 for connection in pair)]
+        used |= set(often)
+    return sorted(pairs, key=candidates.index)
 
 
 def power_bonds(scene: Scene, runs: Sequence[CoupledRun], tolerance: float) -> list[PowerBond]:
@@ -66,7 +74,7 @@ def power_bonds(scene: Scene, runs: Sequence[CoupledRun], tolerance: float) -> l
     bonds = []
     for forward, backward in find_bonds(scene):
         shares = tuple(_share(scene, run, forward, backward) for run in runs if run.complete)
-        shrinking = len(shares) > 1 and shares[-1] <= 0.8 * shares[0]
+        shrinking = len(shares) > 1 and shares[-1] <= _SHRINKS * shares[-2]
         closed = not shares or shares[-1] <= tolerance or shrinking
         listed = ", ".join(f"{100.0 * share:.2g} %" for share in shares) or "unknown"
         text = f"the coupling adds or takes {listed} of the energy carried as the step is halved"
@@ -97,12 +105,27 @@ def _variable(scene: Scene, member: str, name: str) -> Variable:
     return scene.member(member).archive.variables[name]
 
 
-def _product(a: dict[str, int], b: dict[str, int]) -> dict[str, int]:
+def _product(a: Mapping[str, int] | None, b: Mapping[str, int] | None) -> dict[str, int] | None:
+    """Dimension of a product; None where one is unknown."""
+    if a is None or b is None:
+        return None
     exponents = {unit: a.get(unit, 0) + b.get(unit, 0) for unit in {*a, *b} if unit != "rad"}
     return {unit: power for unit, power in exponents.items() if power}
 
 
-def _index(connection: Connection) -> str:
-    """The index of the source's name, such as [2]; connections of one index belong together."""
-    name = connection.source[1]
-    return name[name.rindex("[") :] if name.endswith("]") else ""
+def _opposite(forward: Connection, backward: Connection) -> bool:
+    """Whether two connections lead from one member to another one and back."""
+    there = (forward.source[0], forward.target[0])
+    return there[0] != there[1] and there == (backward.target[0], backward.source[0])
+
+
+def _matching_sides(forward: Connection, backward: Connection) -> int:
+    """Number of members, 0 to 2, on which the names of both variables belong to one port."""
+    sides = ((forward.source[1], backward.target[1]), (forward.target[1], backward.source[1]))
+    return sum(_port(a) == _port(b) for a, b in sides)
+
+
+def _port(name: str) -> tuple[str, tuple[str, ...]]:
+    """What the variables of one port share: the name up to its last dot, and the numbers after it."""
+    prefix, _, last = name.rpartition(".")
+    return prefix, tuple(re.findall(r"\d+", last))
