@@ -12,6 +12,7 @@ from .api import Overrides, read, run
 from .errors import CosimError, CouplingError, FmuWarning, Interrupted, SceneError, SceneWarning, SubsystemError
 from .results import versions, write
 from .scene import Coupling, Scene, titles
+from .stepping import Simulation
 from .visualization.accessor import BodyView, GifImage, ResultAccessor
 
 __version__ = versions()["tca-cosim"]
@@ -28,6 +29,7 @@ __all__ = [
     "Scene",
     "SceneError",
     "SceneWarning",
+    "Simulation",
     "SubsystemError",
     "__version__",
     "read",

@@ -30,7 +30,7 @@ from .fmi.model_exchange import ModelExchangeInstance
 from .fmi.slave import Slave
 from .scene import Member, Scene
 
-__all__ = ["OpenSimulation", "load_member", "open_simulation", "recorded_variables", "run", "run_to_end"]
+__all__ = ["OpenSimulation", "control_of", "load_member", "open_simulation", "recorded_variables", "run", "run_to_end"]
 
 Instance = Slave | ModelExchangeInstance | IsolatedInstance
 
@@ -51,7 +51,7 @@ class OpenSimulation:
         """Run to the stop time and yield the log of every macro step. marks: times [s] at which steps end."""
         breaks = [t for m in self.scene.members for signal in m.signals.values() for t in signal.breaks]
         span = (self.scene.start_time, self.scene.stop_time)
-        return drive(self.master, _control(self.scene.coupling), *span, breaks, progress, marks)
+        return drive(self.master, control_of(self.scene.coupling), *span, breaks, progress, marks)
 
     def collect(self, first: Any, logs: Sequence[StepLog], status: str) -> xr.Dataset:
         """Return the result of the steps taken.
@@ -217,7 +217,8 @@ def _refuse_adaptive_steps(coupling: Coupling, systems: Mapping[str, Recorder]) 
         )
 
 
-def _control(coupling: Coupling) -> Control:
+def control_of(coupling: Coupling) -> Control:
+    """Return the control of the macro step's length that a scene asks for."""
     h = coupling.macro_step
     if coupling.control == "fixed":
         return Fixed(h)

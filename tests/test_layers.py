@@ -20,6 +20,8 @@ ORDER = (
     ("benchmarks",),
     ("visualization",),
     ("api",),
+    ("stepping",),
+    ("linear",),
     ("cli",),
 )
 RANK = {name: rank for rank, layer in enumerate(ORDER) for name in layer}

@@ -61,6 +61,10 @@ class Model {
   /// initialisation changed. On failure the model stays as it was.
   virtual Status build() = 0;
 
+  /// Brings what build() made up to date after tunable parameters changed in an instance that runs; memory() keeps its
+  /// size and means the same state. On failure the model stays as it was.
+  virtual Status retune(double /*t*/) { return {}; }
+
   /// Sets memory() to the start at time t [s] for the present parameters and inputs.
   virtual Status initialise(double t) = 0;
 

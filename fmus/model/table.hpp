@@ -31,6 +31,7 @@ struct Variable {
   double most = std::numeric_limits<double>::infinity();
   double typical = 1.0;            // FMI nominal
   bool is_tunable = false;         // parameters: may change after initialisation
+  bool is_retuned = false;         // tunable parameters: a change asks for Model::retune
   std::vector<std::string> items;  // enumerations: item k has the value k + 1
   // Outputs and derivatives: inputs and states that act at once, by name, or by the name of a vector for all of it.
   std::vector<std::string> depends_on;
@@ -44,6 +45,7 @@ struct Variable {
   Variable& range(double low, double high) { return least = low, most = high, *this; }
   Variable& nominal(double value) { return typical = value, *this; }
   Variable& tunable() { return is_tunable = true, *this; }
+  Variable& retuned() { return is_tunable = is_retuned = true, *this; }
   Variable& choices(std::vector<std::string> names) { return items = std::move(names), *this; }
   Variable& depends(std::vector<std::string> names) { return depends_on = std::move(names), *this; }
   Variable& starts_from(std::vector<std::string> names) { return start_depends_on = std::move(names), *this; }

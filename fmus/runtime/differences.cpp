@@ -1,5 +1,6 @@
 // Directional derivatives of any model: of rates by the model itself where it offers that, of all else by central
-// differences of order 4 at the points -2, -1, 1, 2 of an increment:
+// differences of order 4 at the points -2, -1, 1, 2 of an increment, behind a Model::retune at each of them where
+// tunable parameters move:
 //   f' = (8 (f_1 - f_-1) - (f_2 - f_-2)) / 12 s + O(s^4 f^(5)).
 // Truncation and rounding meet at s = eps^(1/5) of the scale on which f bends, about 1e-12 of the result: as good as a
 // host's solver can use, in four evaluations and without a second program text for each model. The increment is a power
@@ -34,13 +35,27 @@ void Instance::move(const Variable& known, double change) {
   mark_changed();
 }
 
+/// Whether a derivative by this variable is defined now.
+bool Instance::is_known(const Variable& variable) const {
+  switch (variable.causality) {
+    case Causality::input:
+      return true;
+    case Causality::parameter:
+      return progress_.mode == Mode::initialization || variable.is_tunable;
+    case Causality::state:
+      return progress_.mode != Mode::initialization;
+    default:
+      return false;
+  }
+}
+
 /// Makes the direction that of the inputs' first time derivatives.
 void Instance::aim(std::span<const Reference> knowns, const double* known) {
   constexpr auto kFirst = static_cast<std::ptrdiff_t>(sizeof(double));
   for (const std::size_t index : blueprint_.inputs) store(data(), blueprint_.rows[index].offset + kFirst, 0.0);
   for (std::size_t i = 0; i < knowns.size(); ++i) {
     const Variable& variable = blueprint_.rows[knowns[i]];
-    if (variable.causality != Causality::state) store(data(), variable.offset + kFirst, known[i]);
+    if (variable.causality == Causality::input) store(data(), variable.offset + kFirst, known[i]);
   }
 }
 
@@ -64,16 +79,16 @@ void Instance::directional_derivative(std::span<const Reference> unknowns, std::
       throw Error(variable.name + " is not an unknown here; ask for outputs and derivatives of states");
   }
   double step = std::numeric_limits<double>::infinity();
+  bool is_retuned = false;
   for (std::size_t i = 0; i < knowns.size(); ++i) {
     const Variable& variable = row(knowns[i], Access::real);
-    const bool is_known = variable.causality == Causality::input ||
-                          variable.causality == (is_starting ? Causality::parameter : Causality::state);
-    if (!is_known)
+    if (!is_known(variable))
       throw Error(variable.name + " is not known here; known are inputs, and parameters while the instance is " +
-                  "initialised, states later");
+                  "initialised, states and tunable parameters later");
     if (!std::isfinite(known[i])) throw Error("the direction is not finite in " + variable.name);
     double value = 0.0;
     get<Access::real>({&knowns[i], 1}, &value);
+    is_retuned = is_retuned || (variable.is_retuned && !is_starting && known[i] != 0.0);
     if (known[i] != 0.0)
       step = std::min(step, kIncrement * std::max(std::abs(value), variable.typical) / std::abs(known[i]));
   }
@@ -85,7 +100,7 @@ void Instance::directional_derivative(std::span<const Reference> unknowns, std::
   save(here);
   std::vector<double> exact, drift(model_->memory().size());
   bool is_drifting = false;
-  if (!is_starting) {
+  if (!is_starting && !is_retuned) {  // the model's own derivatives know nothing of parameters
     aim(knowns, known);
     exact = rates_along(knowns, known);
     is_drifting = model_->drift(drift);
@@ -101,7 +116,9 @@ void Instance::directional_derivative(std::span<const Reference> unknowns, std::
   std::vector<double> ahead(unknowns.size()), behind(unknowns.size());
   model_->is_silent = true;
   const auto look = [&](double distance, std::vector<double>& values) {
+    read_parameters(parameters_);
     for (std::size_t i = 0; i < knowns.size(); ++i) move(blueprint_.rows[knowns[i]], distance * known[i]);
+    if (is_retuned) retune(parameters_);
     for (std::size_t i = 0; is_drifting && i < drift.size(); ++i) model_->memory()[i] += distance * drift[i];
     get<Access::real>(unknowns, values.data());
     restore(here);

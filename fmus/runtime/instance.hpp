@@ -49,8 +49,9 @@ class Instance {
   template <Access access>
   void set(std::span<const Reference> references, const ValueOf<access>* values);
 
-  /// The derivative of unknowns (outputs, derivatives of states) in the direction `known` of inputs and states; while
-  /// the instance is initialised, of everything calculated and of inputs and parameters. `unknown` is what changes.
+  /// The derivative of unknowns (outputs, derivatives of states) in the direction `known` of inputs, states and tunable
+  /// parameters; while the instance is initialised, of everything calculated and of inputs and parameters. `unknown` is
+  /// what changes.
   /// Exact for rates where the model offers it, else central differences of order 4: differences.cpp.
   void directional_derivative(std::span<const Reference> unknowns, std::span<const Reference> knowns,
                               const double* known, double* unknown);
@@ -95,12 +96,14 @@ class Instance {
   const Variable& row(Reference reference, Access access) const;
   void check(const Variable& row, double value) const;
   void mark_changed();
+  void retune(std::span<const double> before);
   void read_parameters(std::vector<double>& values);
   void write_parameters(std::span<const double> values);
   void build_and_initialise();
   void invalidate();
   void refresh(Causality causality);
   void move(const Variable& known, double change);
+  bool is_known(const Variable& variable) const;
   void aim(std::span<const Reference> knowns, const double* known);
   std::vector<double> rates_along(std::span<const Reference> knowns, const double* known);
   void refresh_rates();
@@ -133,7 +136,7 @@ class Instance {
   std::vector<double> states_, rates_;
   std::string missing_state_;  // a state that moves as built, though the configuration has left it out; empty: none
   bool has_states_ = false, has_rates_ = false;
-  std::vector<double> parameters_;  // scratch of build_and_initialise()
+  std::vector<double> parameters_;  // scratch of build_and_initialise(), restore() and set()
   std::vector<std::unique_ptr<Snapshot>> saved_;
 };
 

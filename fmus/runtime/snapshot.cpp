@@ -121,7 +121,7 @@ void validate(const Blueprint& blueprint, const Snapshot& snapshot) {
     if (!is_in_range(row, value)) refuse(row.name + " is out of its range");
     if (!is_built) continue;
     if (!is_in_range(row, snapshot.built_with[i])) refuse(row.name + " is out of its range");
-    if (progress.is_initialised && !row.is_tunable && value != snapshot.built_with[i])
+    if (progress.is_initialised && (!row.is_tunable || row.is_retuned) && value != snapshot.built_with[i])
       refuse(row.name + " differs from what it was built with");
   }
   for (const std::size_t index : blueprint.inputs) {

@@ -51,13 +51,12 @@ const Variable& Instance::row(Reference reference, Access access) const {
 
 void Instance::check(const Variable& row, double value) const {
   if (row.causality == Causality::output) throw Error(row.name + " is an output and cannot be set");
-  if (row.causality == Causality::state ? progress_.mode != Mode::continuous : !has_start(row))
+  const bool may_set_states = progress_.mode == Mode::event || progress_.mode == Mode::continuous;
+  if (row.causality == Causality::state ? !may_set_states : !has_start(row))
     throw Error(row.name + " is calculated and cannot be set" +
-                (row.causality == Causality::state ? " now; hosts set states in continuous-time mode" : ""));
+                (row.causality == Causality::state ? " now; hosts set states in event and continuous-time mode" : ""));
   if (row.causality == Causality::parameter && !row.is_tunable && !is_starting())
     throw Error(row.name + " is a fixed parameter and cannot be set after initialisation; reset the FMU first");
-  if (row.causality == Causality::parameter && progress_.mode == Mode::continuous)
-    throw Error(row.name + " is a parameter and cannot be set in continuous-time mode; set it in event mode");
   if (!is_in_range(row, value))
     throw Error(row.name + " = " + with_unit(value, row) + " refused; allowed: " + allowed(row) +
                 "; nothing was changed, set a value in that range");
@@ -94,7 +93,8 @@ void Instance::get(std::span<const Reference> references, ValueOf<access>* value
 template <Access access>
 void Instance::set(std::span<const Reference> references, const ValueOf<access>* values) {
   for (std::size_t i = 0; i < references.size(); ++i) check(row(references[i], access), values[i]);
-  bool has_set_states = false;
+  bool has_set_states = false, has_retuned = false;
+  if (!is_starting()) read_parameters(parameters_);
   for (std::size_t i = 0; i < references.size(); ++i) {
     const Variable& variable = blueprint_.rows[references[i]];
     if (variable.causality == Causality::input) {
@@ -104,12 +104,27 @@ void Instance::set(std::span<const Reference> references, const ValueOf<access>*
       states_[variable.offset] = static_cast<double>(values[i]);
       has_set_states = true;
     } else {
+      has_retuned =
+          has_retuned || (variable.is_retuned && value_of(variable, data()) != static_cast<double>(values[i]));
       set_value(variable, data(), values[i]);
       if (&variable == blueprint_.tolerance()) progress_.is_tolerance_set = true;
     }
   }
   if (has_set_states) model_->set_states(states_);
   mark_changed();
+  if (has_retuned && !is_starting()) retune(parameters_);
+}
+
+/// Brings the model up to date with tunable parameters that changed. Throws Error and puts back the parameters `before`
+/// where it cannot be.
+void Instance::retune(std::span<const double> before) {
+  if (const Status status = model_->retune(progress_.time); !status.is_ok()) {
+    write_parameters(before);
+    throw Error(status);
+  }
+  for (std::size_t i = 0; i < built_with_.size(); ++i)
+    if (const Variable& row = blueprint_.rows[blueprint_.parameters[i]]; row.is_retuned)
+      built_with_[i] = value_of(row, data());
 }
 
 /// Sets the value and leaves derivatives that were set for the coming step, in whichever order the calls come. What is

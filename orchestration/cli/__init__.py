@@ -16,6 +16,7 @@ from . import (
     explain,
     export,
     halving,
+    linearise,
     modes,
     monolith,
     new,
@@ -70,6 +71,7 @@ _COMMANDS: dict[str, dict[str, Callable[..., None]]] = {
         "sweep": sweep.command,
         "select": select.command,
         "modes": modes.command,
+        "linearise": linearise.command,
         "stability": stability.command,
     },
     "Benchmark": {

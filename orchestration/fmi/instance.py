@@ -93,6 +93,7 @@ class Instance:
         self._initialising = False
         self._fmu: Any = self._load(archive, interface)
         self.library: Any = _untyped(self._fmu.dll)
+        self.has_tangent = bool(interface.providesDirectionalDerivative)
         self._prepare(interface)
         try:
             self._instantiate([category.name for category in description.logCategories if category.name])
@@ -209,6 +210,15 @@ class Instance:
     def watch_calls(self, wrap: Callable[[Any], Any]) -> None:
         """Replace the table of C functions by wrap(table), which may count or time the calls."""
         self.library = wrap(self.library)
+
+    @property
+    def component(self) -> ctypes.c_void_p:
+        """Handle of the instance, as C functions take it."""
+        return self._component
+
+    def check(self, status: int, what: str) -> None:
+        """Raise SubsystemError, with what the FMU logged, where the status of the call `what` is a failure."""
+        self._check(status, what)
 
     @property
     def _of_pythonfmu(self) -> bool:

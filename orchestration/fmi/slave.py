@@ -32,7 +32,6 @@ class Slave(Instance):
         self.can_rollback = interface.canGetAndSetFMUstate
         self.takes_polynomials = interface.canInterpolateInputs
         self.has_rates = interface.maxOutputDerivativeOrder > 0
-        self._has_tangent = interface.providesDirectionalDerivative
         # Derivatives go to and come from continuous Reals; all others are held.
         self._driven_columns = np.array([k for k, v in enumerate(self._driven_variables) if not v.discrete], dtype=int)
         self._rate_columns = np.array([k for k, v in enumerate(self._wired_variables) if not v.discrete], dtype=int)
@@ -259,7 +258,7 @@ class Slave(Instance):
 
         None where the FMU offers none; 0 for those that are held.
         """
-        if not self._has_tangent:
+        if not self.has_tangent:
             return None
         seed, one = fmi2.fmi2Real(1.0), ctypes.c_size_t(1)
         tangent = np.zeros((self._wired.size, columns.size))

@@ -32,6 +32,9 @@ class Engine {
   /// Writes all outputs but `evaluations`.
   virtual void outputs(std::span<double> memory, const Loads& loads, Outputs& y) = 0;
 
+  /// Forgets what an integrator knows beyond the present point of the motion; the parameters have changed.
+  virtual void discard_look_ahead(std::span<double> /*memory*/) const {}
+
   /// Doubt about the last equilibrium that solve_equilibrium() or a static step() found; empty if there is none.
   virtual std::string doubt() const { return ""; }
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <sstream>
+#include <utility>
 
 namespace rod {
 
@@ -111,10 +112,16 @@ fmu::Status check(const Parameters& p) {
 
 }  // namespace
 
+namespace {
+std::unique_ptr<Engine> make_engine(const Parameters& p) {
+  return p.dynamic && p.method == Method::pade_euler ? make_grid_engine(p) : make_strain_engine(p);
+}
+}  // namespace
+
 fmu::Status RodModel::build() {
   const Parameters& p = data_.parameters;
   if (fmu::Status status = check(p); !status.is_ok()) return status;
-  engine_ = p.dynamic && p.method == Method::pade_euler ? make_grid_engine(p) : make_strain_engine(p);
+  engine_ = make_engine(p);
   memory_.assign(engine_->memory_size() + 1, 0.0);
   engine_->set_unloaded(engine_memory());
   return {};
@@ -127,6 +134,23 @@ auto RodModel::counted(Call call) {
   auto result = call();
   memory_.back() += static_cast<double>(engine_->evaluations() - before);
   return result;
+}
+
+/// The strains stay, so the state of motion does; a shape at rest becomes the equilibrium of the new rod.
+fmu::Status RodModel::retune(double t) {
+  const Parameters& p = data_.parameters;
+  if (fmu::Status status = check(p); !status.is_ok()) return status;
+  std::unique_ptr<Engine> before = std::exchange(engine_, make_engine(p));
+  engine_->discard_look_ahead(engine_memory());
+  if (p.dynamic) return {};
+  fmu::Status status =
+      counted([&] { return engine_->solve_equilibrium(engine_memory(), loads_at(data_.inputs, 0.0)); });
+  if (status.is_ok()) {
+    warn_of_doubt(t);
+    return status;
+  }
+  engine_ = std::move(before);
+  return refuse("t = ", t, " s, after a change of parameters: ", status.failure().what, "; change them less");
 }
 
 fmu::Status RodModel::initialise(double t) {

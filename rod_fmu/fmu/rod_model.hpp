@@ -15,6 +15,7 @@ class RodModel final : public fmu::Model {
   std::span<std::byte> data() override { return std::as_writable_bytes(std::span(&data_, 1)); }
   std::span<double> memory() override { return memory_; }
   fmu::Status build() override;
+  fmu::Status retune(double t) override;
   fmu::Status initialise(double t) override;
   fmu::StepResult step(double t, double h) override;
   fmu::Status evaluate(double t) override;

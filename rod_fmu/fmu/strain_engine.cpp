@@ -83,6 +83,8 @@ class StrainEngine final : public Engine {
     return std::ranges::all_of(rate, [](double each) { return std::isfinite(each); });
   }
 
+  void discard_look_ahead(std::span<double> memory) const override { state(memory).time_ahead = 0.0; }
+
   void get_states(std::span<double> memory, std::span<double> x) const override {
     const State now = state(memory);
     write_states(now.q, now.v, now.dissipated, x);

@@ -1,6 +1,11 @@
 // The variable table of rod.fmu: one row per variable.
 #include "model/table.hpp"
 
+#include <algorithm>
+#include <iterator>
+#include <string>
+#include <vector>
+
 #include "fmu/rod_model.hpp"
 #include "model/model.hpp"
 #include "physics/data.hpp"
@@ -219,6 +224,22 @@ void add_states(fmu::Table<rod::Data>& table) {
       .depends({"strain_rate"});
 }
 
+/// Parameters of material and TCA laws, which may change in a rod that moves: its strains keep their meaning. Not so
+/// the geometry and what chooses the discretisation.
+constexpr const char* kRetuned[] = {
+    "body.E",         "body.nu",        "body.rho",          "body.shear_factor", "body.retardation",
+    "body.stiffness", "body.curvature", "tca.wire_diameter", "tca.coils",         "tca.twists",
+    "tca.E",          "tca.rho_T",      "tca.stiffness",     "tca.stroke",        "T_0",
+};
+
+void mark_retuned(std::vector<fmu::Variable>& rows) {
+  for (fmu::Variable& row : rows) {
+    const std::string vector = row.name.substr(0, row.name.find('['));
+    if (row.causality == fmu::Causality::parameter && std::ranges::find(kRetuned, vector) != std::end(kRetuned))
+      row.retuned();
+  }
+}
+
 }  // namespace
 
 fmu::Identity fmu::identity() {
@@ -232,7 +253,9 @@ std::vector<fmu::Variable> fmu::variables(const fmu::Configuration&) {
   add_inputs(table, defaults.inputs);
   add_outputs(table, defaults.outputs);
   add_states(table);
-  return std::move(table).rows();
+  std::vector<Variable> rows = std::move(table).rows();
+  mark_retuned(rows);
+  return rows;
 }
 
 std::unique_ptr<fmu::Model> fmu::make_model(const fmu::Configuration&) { return std::make_unique<rod::RodModel>(); }

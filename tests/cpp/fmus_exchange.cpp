@@ -105,18 +105,21 @@ TEST_F(Exchange, RefusesWhatIsNoState) {
   EXPECT_EQ(states(), before);
 }
 
-TEST_F(Exchange, TakesStatesByTheirNamesInContinuousTimeModeOnly) {
+TEST_F(Exchange, TakesStatesByTheirNamesBetweenSteps) {
   fmi2EnterInitializationMode(host.fmu);
   EXPECT_EQ(host.set("position[1]", 1.0), fmi2Error);
   EXPECT_TRUE(host.said({"position[1]", "calculated", "continuous-time mode"}));
   EXPECT_EQ(derivatives(), std::vector<double>(kStates, 0.0)) << "allowed in initialization mode";
   EXPECT_EQ(fmi2ExitInitializationMode(host.fmu), fmi2OK);
+  EXPECT_EQ(host.set("position[1]", 0.5), fmi2OK) << "event mode";
+  EXPECT_EQ(states()[0], 0.5);
   EXPECT_EQ(fmi2EnterContinuousTimeMode(host.fmu), fmi2OK);
   EXPECT_EQ(host.set("position[1]", 1.0), fmi2OK);
   EXPECT_EQ(states()[0], 1.0);
   EXPECT_EQ(host.get("der(velocity[1])"), -4.0);
-  EXPECT_EQ(host.set("tolerance", 1e-3), fmi2Error) << "tunable parameters change in event mode";
-  EXPECT_TRUE(host.said({"tolerance", "event mode"}));
+  EXPECT_EQ(host.set("tolerance", 1e-3), fmi2OK) << "optimisers set tunable parameters where they evaluate";
+  EXPECT_EQ(host.set("mass", 2.0), fmi2Error);
+  EXPECT_TRUE(host.said({"mass", "fixed parameter"}));
 }
 
 TEST_F(Exchange, EndsAtTheStopTime) {

@@ -40,16 +40,22 @@ void circuit_and_surroundings(Table<Data>& table, const thermal::Parameters& p) 
   for (std::size_t i = 0; i < thermal::kTcas; ++i) {
     table.parameter(indexed("tca.R", i), p.tca.R[i], "ohm", "Resistance of the TCA at tca.T_ref and delta = 0")
         .range(kTiny, kHuge)
-        .nominal(10.0);
+        .nominal(10.0)
+        .retuned();
   }
   table
       .parameter("tca.alpha_T", p.tca.alpha_T, "1/K",
                  "Relative change of resistance with temperature, R (1 + alpha_T (T - T_ref) + beta delta/length)")
       .range(-1.0, 1.0)
-      .nominal(1e-3);
+      .nominal(1e-3)
+      .retuned();
   table.parameter("tca.beta", p.tca.beta, "1", "Relative change of resistance with the strain delta/length")
-      .range(-1e3, 1e3);
-  table.parameter("tca.T_ref", p.tca.T_ref, "K", "Temperature at which tca.R holds").range(1.0, 1e4).nominal(300.0);
+      .range(-1e3, 1e3)
+      .retuned();
+  table.parameter("tca.T_ref", p.tca.T_ref, "K", "Temperature at which tca.R holds")
+      .range(1.0, 1e4)
+      .nominal(300.0)
+      .retuned();
   table.parameter("h", p.h, "W/(m2.K)", "Heat transfer coefficient at the body's surface")
       .range(kTiny, 1e9)
       .nominal(20.0);

@@ -38,6 +38,10 @@ void include_mesh_error(const HeatMatrices& matrices, double tolerance, ModalMod
 }  // namespace
 
 Status ThermalModel::build() {
+  if (level_ && built_.has_same_section(data_.parameters)) {
+    memory_.assign(level_->state_size(), 0.0);
+    return retune(0.0);
+  }
   core::Result<HeatMatrices> matrices = resolved_matrices(data_.parameters);
   if (!matrices.status.is_ok()) return std::move(matrices.status);
   const Parameters& p = data_.parameters;
@@ -61,6 +65,12 @@ Status ThermalModel::build() {
     level_ = std::make_unique<ModalLevel>(std::move(model), p);
   }
   memory_.assign(level_->state_size(), 0.0);
+  built_ = p;
+  return {};
+}
+
+Status ThermalModel::retune(double) {
+  level_->retune(data_.parameters);
   return {};
 }
 

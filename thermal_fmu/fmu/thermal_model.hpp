@@ -19,6 +19,7 @@ class ThermalModel final : public fmu::Model {
   std::span<std::byte> data() override { return std::as_writable_bytes(std::span(&data_, 1)); }
   std::span<double> memory() override { return memory_; }
   Status build() override;
+  Status retune(double t) override;
   Status initialise(double t) override;
   fmu::StepResult step(double t, double h) override;
   Status evaluate(double t) override;
@@ -32,6 +33,7 @@ class ThermalModel final : public fmu::Model {
   Drive drive() const;
 
   Data data_;
+  Parameters built_;                  // that the level was built for, if there is one
   std::unique_ptr<HeatLevel> level_;
   std::vector<double> memory_;
   std::string accuracy_;  // what a search that ended at its cap asked for and reached; empty: all was reached

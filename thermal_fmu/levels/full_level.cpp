@@ -44,8 +44,17 @@ struct FullLevel::Integrator {
     ARKStepSetLinearSolver(arkode, sundials.solver, nullptr);
     ARKStepSetTableName(arkode, "ARKODE_ESDIRK436L2SA_6_3_4", "ARKODE_ERK_NONE");
     ARKStepSetDeduceImplicitRhs(arkode, 1);
-    if (!system.circuit.has_feedback()) ARKStepSetLinear(arkode, 0);
+    retune();
   }
+
+  /// Tells the integrator whether the slope is linear in the temperatures.
+  void retune() {
+    if (system.circuit.has_feedback())
+      ARKStepSetNonlinear(arkode);
+    else
+      ARKStepSetLinear(arkode, 0);
+  }
+
   ~Integrator() {
     if (arkode) ARKStepFree(&arkode);
   }
@@ -135,6 +144,11 @@ Status FullLevel::advance(std::span<double> state, const Drive& drive, double h,
   x = view(integrator_->sundials.x);
   state.back() = hint;
   return status;
+}
+
+void FullLevel::retune(const Parameters& parameters) {
+  integrator_->system.circuit = Circuit(parameters);
+  integrator_->retune();
 }
 
 Status FullLevel::observe(std::span<const double> state, const Drive& drive, Observation& seen) {

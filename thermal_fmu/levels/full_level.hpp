@@ -19,6 +19,7 @@ class FullLevel final : public HeatLevel {
   std::size_t state_size() const override;
   int unknowns() const override;
   Status advance(std::span<double> state, const Drive& drive, double h, double tolerance) override;
+  void retune(const Parameters& parameters) override;
   Status observe(std::span<const double> state, const Drive& drive, Observation& seen) override;
 
   const FullSystem::Counts& counts() const;

@@ -43,6 +43,8 @@ class HeatLevel {
   /// From the start of the drive to `h` [s] later. `tolerance` matters where time is not exact. Fails when a resistance
   /// stops being positive or the integrator cannot go on; the state is then unspecified.
   virtual Status advance(std::span<double> state, const Drive& drive, double h, double tolerance) = 0;
+  /// Takes over the parameters of the circuit; all others are those of the construction.
+  virtual void retune(const Parameters& parameters) = 0;
   /// Writes the outputs at the start of the drive.
   virtual Status observe(std::span<const double> state, const Drive& drive, Observation& seen) = 0;
 

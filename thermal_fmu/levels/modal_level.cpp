@@ -58,10 +58,17 @@ ModalLevel::ModalLevel(ModalModel model, const Parameters& parameters)
       T_0_(parameters.T_0),
       z_(model_.size()),
       probes_(model_.probe.rows()) {
-  const Index n = model_.size();
-  const auto make_carrier = [n] { return Carrier{-1.0, VectorXd(n), Weights(n, kPowerTerms)}; };
   carrier_ = make_carrier();
-  if (!circuit_.has_feedback()) return;
+  retune(parameters);
+}
+
+ModalLevel::Carrier ModalLevel::make_carrier() const {
+  return {-1.0, VectorXd(model_.size()), Weights(model_.size(), kPowerTerms)};
+}
+
+void ModalLevel::retune(const Parameters& parameters) {
+  circuit_ = Circuit(parameters);
+  if (!circuit_.has_feedback() || !collocations_.empty()) return;
   collocations_.resize(kDeepest + 1);
   for (Collocation& c : collocations_) {
     for (Carrier& carrier : c.carriers) carrier = make_carrier();

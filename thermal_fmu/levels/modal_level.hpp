@@ -25,6 +25,7 @@ class ModalLevel final : public HeatLevel {
   std::size_t state_size() const override { return static_cast<std::size_t>(model_.size() + 2 * kChannels); }
   int unknowns() const override { return static_cast<int>(model_.size()); }
   Status advance(std::span<double> state, const Drive& drive, double h, double tolerance) override;
+  void retune(const Parameters& parameters) override;
   Status observe(std::span<const double> state, const Drive& drive, Observation& seen) override;
   std::size_t amplitudes() const override { return static_cast<std::size_t>(model_.size()); }
   void get_amplitudes(std::span<const double> state, std::span<double> x) const override;
@@ -63,6 +64,7 @@ class ModalLevel final : public HeatLevel {
     Eigen::MatrixXd response;
   };
 
+  Carrier make_carrier() const;
   void carry(State& state, const Carrier& carrier, const Forcing& forcing);
   Status advance_with_feedback(State& state, const Drive& drive, double from, double h, double tolerance, int depth);
   /// Powers at the points of a step. False: they do not settle, or are not resolved; a shorter step may do.

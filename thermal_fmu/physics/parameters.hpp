@@ -64,6 +64,12 @@ struct Parameters {
   double tolerance = 1e-5;  // error of temperature rises, relative to the steady rise of a heated TCA [1]
   bool operator==(const Parameters&) const = default;
 
+  /// Whether all but the circuit of the TCAs is the same.
+  bool has_same_section(Parameters other) const {
+    other.tca.R = tca.R, other.tca.alpha_T = tca.alpha_T, other.tca.beta = tca.beta, other.tca.T_ref = tca.T_ref;
+    return other == *this;
+  }
+
   bool has_feedback() const { return tca.alpha_T != 0.0 || tca.beta != 0.0; }
 };
 

@@ -1,0 +1,301 @@
+"""A scene stepped from outside: by a controller, an optimiser, a learning environment.
+
+    with tca.Simulation("step") as sim:
+        while sim.time < 10.0:
+            sim.step(sim.time + 0.1, {"thermal.V": [0.0, 1.5, 3.0]})
+            tip = sim["rod.tip.p"]
+
+No file is written. Models, coupling and steps are those of the scene; only its inputs come from outside.
+"""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from types import TracebackType
+from typing import Any
+
+import numpy as np
+
+from .api import Overrides, Source, read
+from .cosim.master import Checkpoint
+from .cosim.signals import Constant, Polynomial, Signal
+from .cosim.time_loop import drive
+from .errors import SceneError, SubsystemError
+from .fmi.instance import Instance
+from .scene import Scene
+from .simulation import control_of, open_simulation, recorded_variables
+
+__all__ = ["SavedState", "Simulation"]
+
+_TIME_RTOL = 1e-12  # share of a time below which a step has no length
+
+
+class _LiveInput:
+    """A signal that can be exchanged while the simulation runs."""
+
+    def __init__(self, signal: Signal) -> None:
+        self.signal = signal
+
+    @property
+    def degree(self) -> int:
+        """Highest degree of its polynomials."""
+        return self.signal.degree
+
+    @property
+    def breaks(self) -> tuple[float, ...]:
+        """Times at which the value or its slope jumps [s]."""
+        return self.signal.breaks
+
+    @property
+    def extremes(self) -> tuple[float, ...]:
+        """Values that bound the signal."""
+        return self.signal.extremes
+
+    def polynomial(self, t: float, h: float) -> Polynomial:
+        """Return the coefficients for a step from t of h [s]."""
+        return self.signal.polynomial(t, h)
+
+
+@dataclass(frozen=True)
+class SavedState:
+    """A state of a simulation that it can return to: time [s], states of all FMUs, signals of all inputs."""
+
+    time: float
+    checkpoint: Checkpoint
+    signals: Mapping[tuple[str, str], Signal]
+
+
+class Simulation:
+    """A scene, opened and initialised, that is stepped from outside.
+
+    Parameters
+    ----------
+    scene, overrides
+        As read() takes them.
+
+    Attributes
+    ----------
+    scene : Scene
+        What is run, with every input that no connection feeds driven by a signal.
+    time : float
+        Time reached [s].
+
+    Raises
+    ------
+    SceneError
+        The scene cannot be run as written.
+    SubsystemError, CouplingError
+        An FMU cannot be loaded or initialised.
+    """
+
+    def __init__(self, scene: Source, overrides: Overrides = ()) -> None:
+        described = read(scene, overrides)
+        self._live: dict[tuple[str, str], _LiveInput] = {}
+        self.scene = _with_live_inputs(described, self._live)
+        self._stack = contextlib.ExitStack()
+        self._ready = self._stack.enter_context(open_simulation(self.scene, observe=lambda systems: None))
+        self._columns = {m.name: {v.name: k for k, v in enumerate(recorded_variables(m))} for m in self.scene.members}
+        self._records: dict[str, np.ndarray] = {}
+        self._elements: dict[str, tuple[str, list[str], bool]] = {}
+        self._control = control_of(self.scene.coupling)
+        self.time = self.scene.start_time
+        self._first = self.save()
+
+    def __enter__(self) -> Simulation:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Release the FMUs. May be called twice."""
+        self._stack.close()
+
+    @property
+    def inputs(self) -> tuple[str, ...]:
+        """Names 'member.variable' of the inputs that can be set."""
+        return tuple(f"{member}.{variable}" for member, variable in self._live)
+
+    def step(self, until: float, inputs: Mapping[str, Any] | None = None) -> None:
+        """Advance to a time, in as many macro steps as the scene's coupling takes.
+
+        Parameters
+        ----------
+        until : float
+            Time to reach [s].
+        inputs : mapping, optional
+            As set_inputs() takes them; they hold from the present time on.
+
+        Raises
+        ------
+        SceneError
+            The time or an input is not allowed.
+        SubsystemError, CouplingError
+            A step failed; the simulation stands at the last time reached.
+        """
+        self._require_time(until)
+        if inputs:
+            self.set_inputs(inputs)
+        master = self._ready.master
+        known = len(master.notes)
+        breaks = {t for live in self._live.values() for t in live.breaks if self.time < t < until}
+        self._records.clear()
+        for log in drive(master, self._control, self.time, until, breaks):
+            self.time = log.time
+        del master.notes[known:]  # what they say of steps is true of every call
+        if master.ended:
+            raise SubsystemError(master.ended)
+
+    def set_inputs(self, inputs: Mapping[str, Any]) -> None:
+        """Set inputs from the present time on.
+
+        Parameters
+        ----------
+        inputs : mapping
+            'member.variable' of a scalar, a vector or one of its elements -> number, sequence of as many, or signal
+            (cosim.signals), in the variable's own unit. A number is held until it is set again.
+
+        Raises
+        ------
+        SceneError
+            The message names the key, what is allowed and the remedy; nothing was changed.
+        """
+        changes: dict[tuple[str, str], Signal] = {}
+        for key, value in inputs.items():
+            member, elements, _ = self._resolve(key)
+            values = [value] * len(elements) if hasattr(value, "polynomial") else np.ravel(value).tolist()
+            if len(values) == 1:
+                values *= len(elements)
+            if len(values) != len(elements):
+                raise SceneError(f"{key}: {len(values)} values for {len(elements)} elements; give {len(elements)} or 1")
+            for element, item in zip(elements, values, strict=True):
+                if (member, element) not in self._live:
+                    raise SceneError(f"{key} cannot be set; inputs that nothing feeds are {', '.join(self.inputs)}")
+                changes[member, element] = item if hasattr(item, "polynomial") else _held(key, item)
+        changed = {place: signal for place, signal in changes.items() if self._live[place].signal != signal}
+        for place, signal in changed.items():
+            self._live[place].signal = signal
+        if changed:
+            self._records.clear()
+            self._ready.master.arrive(self.time)
+
+    def __getitem__(self, key: str) -> Any:
+        """Return a variable now: a float, or an array for a vector. Raises SceneError for an unknown name."""
+        member, elements, is_vector = self._resolve(key)
+        columns = self._columns[member]
+        if elements[0] not in columns:
+            raise SceneError(f"{key} is not recorded; add record = ['{key}'] to the scene")
+        record = self._record(member)
+        if not is_vector:
+            return float(record[columns[elements[0]]])
+        return record[[columns[element] for element in elements]]
+
+    def values(self, names: Iterable[str] | None = None) -> dict[str, Any]:
+        """Return variables now by name, as [] does; without names, all inputs and outputs, vectors whole."""
+        if names is None:
+            names = [f"{m.name}.{n}" for m in self.scene.members for n in _whole_names(m.archive.vectors, self._columns[m.name])]
+        return {name: self[name] for name in names}
+
+    def instance(self, member: str) -> Instance:
+        """Return the FMU instance of a member."""
+        for slave in self._ready.slaves:
+            if slave.name == member and isinstance(slave, Instance):
+                return slave
+        raise SubsystemError(f"{member}: not in this process (canBeInstantiatedOnlyOncePerProcess); use one of a kind")
+
+    def save(self) -> SavedState:
+        """Save the state of all FMUs and inputs. Raises SubsystemError where an FMU cannot save its state."""
+        master = self._ready.master
+        rigid = [node.subsystem.name for node in master.nodes if not node.subsystem.can_rollback]
+        checkpoint = master.checkpoint()
+        if not rigid:
+            master.save(checkpoint)
+            master.restart(checkpoint)  # what was learned of loops is no part of a state: from here on as after restore
+        return SavedState(self.time, checkpoint, {place: live.signal for place, live in self._live.items()})
+
+    def restore(self, state: SavedState) -> None:
+        """Return to a saved state, which stays valid. Steps from it are the same each time, to the last bit."""
+        master = self._ready.master
+        if len(state.checkpoint.handles) < len(master.nodes):
+            rigid = [node.subsystem.name for node in master.nodes if node not in state.checkpoint.handles]
+            raise SubsystemError(
+                f"{', '.join(rigid)} cannot be set back (canGetAndSetFMUstate = false, or the state was released); "
+                "open the scene again"
+            )
+        for place, signal in state.signals.items():
+            self._live[place].signal = signal
+        master.restart(state.checkpoint)
+        self.time = state.time
+        master.ended = ""
+        self._records.clear()
+
+    def release(self, state: SavedState) -> None:
+        """Free what a saved state holds."""
+        self._ready.master.release(state.checkpoint)
+
+    def restart(self) -> None:
+        """Return to the start of the scene."""
+        self.restore(self._first)
+
+    def _record(self, member: str) -> np.ndarray:
+        if member not in self._records:
+            self._records[member] = next(slave for slave in self._ready.slaves if slave.name == member).record()
+        return self._records[member]
+
+    def _resolve(self, key: str) -> tuple[str, list[str], bool]:
+        """Return member, elements and whether the name is that of a vector."""
+        if key not in self._elements:
+            name, _, variable = key.partition(".")
+            archives = {m.name: m.archive for m in self.scene.members}
+            if name not in archives:
+                raise SceneError(f"{key}: no FMU {name!r}; the scene has {', '.join(archives)}")
+            archive = archives[name]
+            if variable in archive.vectors:
+                self._elements[key] = (name, list(archive.vectors[variable]), True)
+            elif variable in archive.variables:
+                self._elements[key] = (name, [variable], False)
+            else:
+                raise SceneError(f"{key}: {archive.path.name} has no variable {variable!r}; see `tca-cosim list --help`")
+        return self._elements[key]
+
+    def _require_time(self, until: float) -> None:
+        if not np.isfinite(until) or until <= self.time * (1.0 + _TIME_RTOL):
+            raise SceneError(f"step to t = {until} s from {self.time:.6g} s: give a later time")
+        if until > self.scene.stop_time * (1.0 + _TIME_RTOL):
+            raise SceneError(
+                f"step to t = {until:.6g} s: after the scene's stop time {self.scene.stop_time:g} s; open it with a "
+                "later stop_time"
+            )
+
+
+def _with_live_inputs(scene: Scene, live: dict[tuple[str, str], _LiveInput]) -> Scene:
+    """Return the scene with every input that no connection feeds driven by an exchangeable signal, kept in `live`."""
+    fed = {c.target for c in scene.connections}
+    members = []
+    for member in scene.members:
+        signals: dict[str, Signal] = {}
+        for variable in member.archive.variables.values():
+            if variable.causality != "input" or (member.name, variable.name) in fed or variable.type == "String":
+                continue
+            signal = member.signals.get(variable.name, Constant(float(variable.start or 0.0)))
+            signals[variable.name] = live[member.name, variable.name] = _LiveInput(signal)
+        members.append(replace(member, signals=signals))
+    return replace(scene, members=tuple(members))
+
+
+def _held(key: str, value: Any) -> Constant:
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        number = np.nan
+    if not np.isfinite(number):
+        raise SceneError(f"{key} = {value!r}: give a finite number, as many as it has elements, or a signal")
+    return Constant(number)
+
+
+def _whole_names(vectors: Mapping[str, Sequence[str]], columns: Mapping[str, int]) -> list[str]:
+    """Return the names of vectors and of scalars outside of vectors, of what is recorded."""
+    owner = {element: vector for vector, elements in vectors.items() for element in elements}
+    return list(dict.fromkeys(owner.get(name, name) for name in columns))
