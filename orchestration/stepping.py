@@ -13,7 +13,6 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from types import TracebackType
 from typing import Any
 
 import numpy as np
@@ -23,6 +22,7 @@ from .cosim.master import Checkpoint
 from .cosim.signals import Constant, Polynomial, Signal
 from .cosim.time_loop import drive
 from .errors import SceneError, SubsystemError
+from .fmi.archive import similar
 from .fmi.instance import Instance
 from .scene import Scene
 from .simulation import control_of, open_simulation, recorded_variables
@@ -106,7 +106,7 @@ class Simulation:
     def __enter__(self) -> Simulation:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(self, *error: object) -> None:
         self.close()
 
     def close(self) -> None:
@@ -195,7 +195,11 @@ class Simulation:
     def values(self, names: Iterable[str] | None = None) -> dict[str, Any]:
         """Return variables now by name, as [] does; without names, all inputs and outputs, vectors whole."""
         if names is None:
-            names = [f"{m.name}.{n}" for m in self.scene.members for n in _whole_names(m.archive.vectors, self._columns[m.name])]
+            names = [
+                f"{m.name}.{n}"
+                for m in self.scene.members
+                for n in _whole_names(m.archive.vectors, self._columns[m.name])
+            ]
         return {name: self[name] for name in names}
 
     def instance(self, member: str) -> Instance:
@@ -257,7 +261,9 @@ class Simulation:
             elif variable in archive.variables:
                 self._elements[key] = (name, [variable], False)
             else:
-                raise SceneError(f"{key}: {archive.path.name} has no variable {variable!r}; see `tca-cosim list --help`")
+                raise SceneError(
+                    f"{key}: {archive.path.name} has no variable {variable!r}; {similar(variable, archive.variables)}"
+                )
         return self._elements[key]
 
     def _require_time(self, until: float) -> None:

@@ -109,7 +109,9 @@ class Model {
   /// Logs `text()` unless warning number `bit` (0 to 31) was given before in this run.
   template <class Text>
   void warn_once(unsigned bit, Text&& text) {
-    if (is_silent || (warnings_given >> bit & 1u)) return;
+    if (warnings_given >> bit & 1u) return;
+    has_held_back = has_held_back || is_silent;
+    if (is_silent) return;
     warnings_given |= 1u << bit;
     warn(text());
   }
@@ -118,6 +120,7 @@ class Model {
   std::function<void(std::string_view)> warn = [](std::string_view) {};  // passes a warning to the host's log
   std::uint32_t warnings_given = 0;  // one bit per warning; part of the saved state, 0 after a reset
   bool is_silent = false;            // while outputs are evaluated at points that are not on the trajectory
+  bool has_held_back = false;        // a warning was held back while silent
 };
 
 }  // namespace fmu

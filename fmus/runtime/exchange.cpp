@@ -1,6 +1,7 @@
 // An instance's states and their rates, for a host that integrates them (model exchange).
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "model/text.hpp"
 #include "runtime/instance.hpp"
@@ -44,6 +45,11 @@ void Instance::set_states(std::span<const double> x) {
   for (std::size_t i = 0; i < x.size(); ++i) states_[blueprint_.rows[blueprint_.states[i]].offset] = x[i];
   model_->set_states(states_);
   invalidate();
+}
+
+void Instance::complete_step() {
+  require(model_->complete_step().at(now()).as_error());
+  if (std::exchange(model_->has_held_back, false)) require(model_->evaluate(progress_.time).at(now()).as_error());
 }
 
 void Instance::get_states(std::span<double> x) {

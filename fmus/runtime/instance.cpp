@@ -136,7 +136,13 @@ void Instance::invalidate() { progress_.is_evaluated = has_states_ = has_rates_ 
 void Instance::refresh(Causality causality) {
   if (progress_.mode == Mode::initialization) build_and_initialise();
   if (causality == Causality::output && !progress_.is_evaluated) {
-    require(model_->evaluate(progress_.time).at(now()));
+    // A host of model exchange tries points that no trajectory passes through: they deserve no warning, and hosts that
+    // take a warning for a failure, as CasADi does, could not use the values.
+    const bool is_trial = progress_.mode == Mode::event || progress_.mode == Mode::continuous;
+    const bool was_silent = std::exchange(model_->is_silent, model_->is_silent || is_trial);
+    Status status = model_->evaluate(progress_.time);
+    model_->is_silent = was_silent;
+    require(std::move(status).at(now()));
     progress_.is_evaluated = true;
   }
   if (causality == Causality::state && !has_states_) {

@@ -73,7 +73,8 @@ class Instance {
   void get_nominals(std::span<double> x) const;
   /// Throws a discarding Error where the model has no derivatives: a host may try another point.
   void get_derivatives(std::span<double> dx);
-  void complete_step() { require(model_->complete_step().at(now()).as_error()); }
+  /// The present states are on the trajectory: what was held back of warnings is said now if it still holds.
+  void complete_step();
 
   void save(Snapshot& snapshot);
   void restore(const Snapshot& snapshot);

@@ -30,7 +30,9 @@ def real_values(instance: Instance, variables: Sequence[Variable]) -> np.ndarray
     values = (fmi2.fmi2Real * len(variables))()
     _check(
         instance,
-        instance.library.fmi2GetReal(instance.component, _references(variables), ctypes.c_size_t(len(variables)), values),
+        instance.library.fmi2GetReal(
+            instance.component, _references(variables), ctypes.c_size_t(len(variables)), values
+        ),
         "fmi2GetReal",
     )
     return np.array(values)

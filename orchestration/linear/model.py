@@ -104,7 +104,10 @@ class LinearModel:
         """Return C (i w - A)^-1 B + D, complex (f, p, m), at frequencies (f,) [Hz]."""
         eye = np.eye(len(self.A))
         return np.array(
-            [self.C @ np.linalg.solve(2j * np.pi * f * eye - self.A, self.B) + self.D for f in np.atleast_1d(frequencies)]
+            [
+                self.C @ np.linalg.solve(2j * np.pi * f * eye - self.A, self.B) + self.D
+                for f in np.atleast_1d(frequencies)
+            ]
         )
 
     def impulse_response(self, times: np.ndarray) -> np.ndarray:

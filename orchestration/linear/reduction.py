@@ -102,8 +102,8 @@ def _balance(model: LinearModel) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         raise SceneError("the model has no states, so there is nothing to reduce")
     if poles.real.max() >= 0.0:
         raise SceneError(
-            f"a pole at {poles.real.max():.3g} 1/s is not stable, so the model cannot be balanced; give the rod damping "
-            "(rod.body.retardation), or linearise it at a stable equilibrium"
+            f"a pole at {poles.real.max():.3g} 1/s is not stable, so the model cannot be balanced; give the rod "
+            "damping (rod.body.retardation), or linearise it at a stable equilibrium"
         )
     scale = np.array([q.nominal for q in model.states])
     A = model.A * scale / scale[:, None]

@@ -36,7 +36,8 @@ def save(model: LinearModel, path: Path) -> None:
         raise SceneError(f"{path}: linear models are written as {', '.join(ENDINGS)}; choose one of these endings")
     with atomic_write(path) as draft, draft.open("wb") as file:
         if path.suffix == ".npz":
-            np.savez(file, **{key: np.asarray(value) for key, value in content.items()})
+            arrays: dict[str, Any] = {key: np.asarray(value) for key, value in content.items()}
+            np.savez(file, **arrays)
         elif path.suffix == ".mat":
             savemat(file, {key: _as_mat(value) for key, value in content.items()}, oned_as="column")
         else:
@@ -64,11 +65,12 @@ def load(path: Path) -> LinearModel:
             for group in _GROUPS
         }
         n, m, p = (len(groups[group]) for group in _GROUPS)
-        shapes = {"A": (n, n), "B": (n, m), "C": (p, n), "D": (p, m), "x_0": (n,), "u_0": (m,), "y_0": (p,), "drift": (n,)}
-        arrays = {key: np.array(content[key], dtype=float).reshape(shapes[key]) for key in _ARRAYS}
-        return LinearModel(
-            **arrays, **groups, time=content["time"], scene=content["scene"], notes=tuple(content["notes"])
-        )
+        shapes = ((n, n), (n, m), (p, n), (p, m), (n,), (m,), (p,), (n,))
+        arrays = [np.array(content[key], dtype=float).reshape(s) for key, s in zip(_ARRAYS, shapes, strict=True)]
+        A, B, C, D, x_0, u_0, y_0, drift = arrays
+        time, scene, notes = content["time"], content["scene"], tuple(content["notes"])
+        states, inputs, outputs = (groups[group] for group in _GROUPS)
+        return LinearModel(A, B, C, D, states, inputs, outputs, x_0, u_0, y_0, drift, time, scene, notes)
     except (OSError, KeyError, ValueError, TypeError) as error:
         raise SceneError(f"{path}: not a linear model of tca-cosim linearise ({error}); write it again") from error
 

@@ -33,7 +33,7 @@ class ThermalModel final : public fmu::Model {
   Drive drive() const;
 
   Data data_;
-  Parameters built_;                  // that the level was built for, if there is one
+  Parameters built_;  // that the level was built for, if there is one
   std::unique_ptr<HeatLevel> level_;
   std::vector<double> memory_;
   std::string accuracy_;  // what a search that ended at its cap asked for and reached; empty: all was reached

@@ -1,0 +1,105 @@
+"""CasADi's DaeBuilder loads the FMUs as they are exported: functions, Jacobians, and a problem solved by IPOPT."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import fmpy
+import numpy as np
+import pytest
+from tca_cosim.fmi.archive import find_fmu
+
+ca = pytest.importorskip("casadi")
+
+Function = Callable[[np.ndarray], np.ndarray]
+
+
+def load(name: str, folder: Path) -> Any:
+    fmpy.extract(str(find_fmu(f"{name}.fmu")), str(folder))
+    return ca.DaeBuilder(name, str(folder))
+
+
+def differences(function: Function, x: np.ndarray, steps: np.ndarray) -> np.ndarray:
+    """Central differences of order 4 (n_y, n_x)."""
+    columns = []
+    for k, h in enumerate(steps):
+        e = h * np.eye(len(x))[k]
+        near, far = function(x + e) - function(x - e), function(x + 2.0 * e) - function(x - 2.0 * e)
+        columns.append((8.0 * near - far) / (12.0 * h))
+    return np.array(columns).T
+
+
+def operating_point(dae: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """States, inputs and tunable parameters, away from all symmetries and limits."""
+    random = np.random.default_rng(1)
+    x, u, p = (np.array(dae.start(names)) for names in (dae.x(), dae.u(), dae.p()))
+    for k, name in enumerate(dae.x()):
+        if name.startswith("mode"):
+            x[k] = 3.0 * random.standard_normal()
+        elif name.startswith("strain["):
+            x[k] = 0.05 * random.standard_normal()
+        elif name.startswith("strain_rate["):
+            x[k] = 0.3 * random.standard_normal()
+    for k, name in enumerate(dae.u()):
+        u[k] += {"V": 1.0, "T": 15.0, "delta": 1e-3, "gravity": 3.0, "tip_force": 1e-3}.get(name.partition("[")[0], 0.0)
+    for k, name in enumerate(dae.p()):
+        p[k] = {"body.nu": 0.45, "body.retardation": 5e-3, "tca.alpha_T": 1e-3, "tca.beta": 0.1}.get(name, p[k])
+    return x, u, p
+
+
+@pytest.mark.parametrize("name", ["thermal", "rod"])
+@pytest.mark.parametrize("known", ["x", "u", "p"])
+def test_jacobians_are_those_of_differences(name: str, known: str, tmp_path: Path) -> None:
+    dae = load(name, tmp_path)
+    point = dict(zip("xup", operating_point(dae), strict=True))
+    f = dae.create("f", ["x", "u", "p"], ["ode", "y"])
+    exact = dae.create("jacobians", ["x", "u", "p"], [f"jac_ode_{known}", f"jac_y_{known}"])(*point.values())
+    smooth = [k for k, y in enumerate(dae.y()) if y not in ("spatial_error", "out_of_plane", "T_max")]  # have maxima
+    # Of curvature the differences resolve less: its start value says nothing of its size.
+    names = getattr(dae, known)()
+    nominal = np.array([10.0 if n.startswith("body.curvature") else dae.nominal(n) for n in names])
+    steps = 2.0**-11 * np.maximum(np.abs(point[known]), nominal)
+    for k, rows in enumerate([slice(None), smooth]):
+
+        def values(at: np.ndarray, k: int = k, rows: Any = rows) -> np.ndarray:
+            return f(*(point | {known: at}).values())[k].full().ravel()[rows]
+
+        expected, jacobian = differences(values, point[known], steps), exact[k].full()[rows]
+        # Errors in units of the largest derivative of the same row, each per nominal change of its variable.
+        weight = steps * 2.0**11
+        scale = np.abs(jacobian * weight).max(axis=1)
+        error = np.abs((jacobian - expected) * weight).max(axis=1)
+        assert (error[scale == 0.0] == 0.0).all()
+        assert (error[scale > 0.0] / scale[scale > 0.0]).max() < 1e-8
+
+
+def test_the_static_inverse_is_solved(tmp_path: Path) -> None:
+    """Which temperatures from 25 to 100 degC bring the tip to (-12, 10) mm with the least heating?"""
+    dae = load("rod", tmp_path)
+    dae.set("order", 0.0)  # exact without loads: the strains are constant along the rod
+    f = dae.create("f", ["x", "u", "p"], ["ode", "y"])
+    T, strain = ca.MX.sym("T", 3), ca.MX.sym("strain", 6)
+    x = ca.MX.zeros(dae.nx())
+    for k in range(6):
+        x[dae.x().index(f"strain[1,{k + 1}]")] = strain[k]
+    rate, y = f(x, ca.vertcat(T, ca.DM(dae.start(dae.u()))[3:]), dae.start(dae.p()))
+    acceleration = rate[[dae.x().index(f"strain_rate[1,{k + 1}]") for k in range(6)]]
+    tip = y[[dae.y().index(f"tip.p[{k}]") for k in (1, 2)]]
+    problem = {
+        "x": ca.vertcat(T, strain),
+        "f": ca.sumsqr((T - 298.15) / 100.0),
+        "g": ca.vertcat(acceleration * ca.DM([1e-4] * 3 + [1e-6] * 3), 1e3 * tip - ca.DM([-12, 10])),
+    }
+    options = {"ipopt.hessian_approximation": "limited-memory", "ipopt.print_level": 0, "ipopt.sb": "yes"}
+    solver = ca.nlpsol("solver", "ipopt", problem, {**options, "print_time": False})
+    found = solver(
+        x0=[310.0] * 3 + [0.0] * 6,
+        lbx=[298.15] * 3 + [-3.0] * 3 + [-0.3] * 3,
+        ubx=[373.15] * 3 + [3.0] * 3 + [0.5] * 3,
+        lbg=0.0,
+        ubg=0.0,
+    )
+    assert solver.stats()["return_status"] == "Solve_Succeeded"
+    np.testing.assert_allclose(np.array(found["x"]).ravel()[:3] - 273.15, [51.8466, 25.0, 42.3356], atol=1e-3)

@@ -1,0 +1,85 @@
+"""The stepping interface: same values as a run, inputs from outside, saved states, refusals with a remedy."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import tca_cosim as tca
+from tca_cosim.cosim.signals import Ramps
+
+
+def test_steps_from_outside_are_those_of_a_run() -> None:
+    result = tca.run("step", {"stop_time": 2.0})
+    with tca.Simulation("step", {"stop_time": 2.0}) as sim:
+        for until in (0.5, 1.0, 1.25, 2.0):
+            sim.step(until)
+        assert sim.time == 2.0
+        np.testing.assert_allclose(sim["rod.tip.p"], result["rod.tip.p"][-1], atol=1e-9)
+        np.testing.assert_allclose(sim["thermal.T"], result["thermal.T"][-1], rtol=1e-9)
+        assert sim["thermal.T[3]"] == sim["thermal.T"][2]
+        assert set(sim.values(["rod.delta", "thermal.T_max"])) == {"rod.delta", "thermal.T_max"}
+        assert sim.values()["rod.shape.p"].shape == (63,)
+
+
+def test_inputs_from_outside_act_as_those_of_the_scene() -> None:
+    held = {"thermal.V": [1.0, 0.0, 2.0], "rod.gravity[1]": 3.0}
+    result = tca.run("step", {"stop_time": 1.0, "thermal.V": [1.0, 0.0, 2.0], "rod.gravity": [3.0, 0.0, 0.0]})
+    with tca.Simulation("step", {"stop_time": 1.0}) as sim:
+        sim.step(1.0, held)
+        np.testing.assert_allclose(sim["rod.tip.p"], result["rod.tip.p"][-1], atol=1e-8)
+    ramp = Ramps((0.0, 1.0), (0.0, 2.0))
+    result = tca.run("step", {"stop_time": 1.0, "thermal.V[1]": ramp})
+    with tca.Simulation("step", {"stop_time": 1.0}) as sim:
+        sim.step(0.5, {"thermal.V[1]": ramp})
+        sim.step(1.0)
+        np.testing.assert_allclose(sim["thermal.T"], result["thermal.T"][-1], rtol=1e-10)
+
+
+@pytest.mark.parametrize("closure", ["inside", "exchanged"])
+def test_a_restored_state_goes_on_to_the_last_bit(closure: str) -> None:
+    with tca.Simulation("step", {"rod.closure": closure, "rod.dynamic": True, "rod.order": 1}) as sim:
+        sim.step(0.5)
+        state = sim.save()
+        outcomes = []
+        for _ in range(3):
+            sim.step(1.0, {"thermal.V[1]": 4.0})
+            outcomes.append(sim["rod.tip.p"])
+            sim.restore(state)
+        assert sim.time == 0.5
+        assert (outcomes[0] == outcomes[1]).all()
+        assert (outcomes[1] == outcomes[2]).all()
+        sim.release(state)
+        with pytest.raises(tca.SubsystemError, match="released"):
+            sim.restore(state)
+        sim.restart()
+        assert sim.time == 0.0
+        np.testing.assert_allclose(sim["thermal.T"], 298.15)
+
+
+def test_many_calls_leave_no_trace() -> None:
+    with tca.Simulation("step") as sim:
+        for k in range(1, 41):
+            sim.step(0.07 * k)
+        assert sim._ready.master.notes == []
+
+
+@pytest.mark.parametrize(
+    ("inputs", "message"),
+    [
+        ({"thermal.T": 300.0}, r"thermal\.T cannot be set; inputs that nothing feeds are thermal\.V\[1\]"),
+        ({"rod.T": 300.0}, r"rod\.T cannot be set"),
+        ({"thermal.V": [1.0, 2.0]}, r"2 values for 3 elements"),
+        ({"thermal.V": float("nan")}, r"finite number"),
+        ({"thermal.V": "hot"}, r"finite number"),
+        ({"heat.V": 1.0}, r"no FMU 'heat'; the scene has thermal, rod"),
+        ({"thermal.U": 1.0}, r"no variable 'U'"),
+    ],
+)
+def test_refusals_change_nothing(inputs: dict[str, object], message: str) -> None:
+    with tca.Simulation("step") as sim:
+        with pytest.raises(tca.SceneError, match=message):
+            sim.step(0.1, inputs)
+        assert sim.time == 0.0
+        for until in (0.0, float("nan"), 31.0):
+            with pytest.raises(tca.SceneError, match=r"later time|later stop_time"):
+                sim.step(until)
