@@ -168,7 +168,7 @@ def _instance(scene: Scene, member: Member) -> Instance:
     A second instance of an FMU that allows one per process gets a process of its own.
     """
     kind: type[Slave] | type[ModelExchangeInstance] | type[IsolatedInstance] = Slave
-    if member.archive.description.coSimulation is None:
+    if member.archive.description.co_simulation is None:
         kind = ModelExchangeInstance
     if member.archive.once_per_process and _first_of_its_fmu(scene, member) is not member:
         kind = IsolatedInstance

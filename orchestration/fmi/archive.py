@@ -1,4 +1,8 @@
-"""FMU files: the variables that the XML declares, and the content, extracted into folders that are removed again."""
+"""FMU files: the variables that the XML declares, and the content, extracted into folders.
+
+Descriptions are parsed once and kept by the hash of the file (cache.py). FMUs that tools of this package made are
+extracted once as well; all others into folders of their own, which they may write to, and which are removed again.
+"""
 
 from __future__ import annotations
 
@@ -6,23 +10,24 @@ import contextlib
 import ctypes
 import difflib
 import hashlib
-import io
 import os
 import tempfile
 import zipfile
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from functools import cached_property, lru_cache
 from importlib import resources
 from pathlib import Path
-
-import fmpy
-from fmpy.model_description import ModelDescription, read_model_description
-from lxml import etree
+from typing import TYPE_CHECKING
 
 from ..errors import SceneError
+from . import cache, fmi2
+from .description import Description, full_description, pack, read_description, unpack
 from .unpacking import containing_file, extract, open_archive, read_member
-from .variables import Value, Variable, read_variables
+from .variables import Value, Variable
 from .vectors import Vector, find_vectors
+
+if TYPE_CHECKING:
+    from fmpy.model_description import ModelDescription
 
 __all__ = ["Archive", "Value", "Variable", "cached_archive", "find_fmu", "similar"]
 
@@ -48,37 +53,47 @@ class Archive:
     def __init__(self, path: Path) -> None:
         self.path = path
         try:
-            content = _content(path)
-            root = etree.fromstring(content, etree.XMLParser(resolve_entities=False, no_network=True, huge_tree=True))
-        except Exception as error:  # archives and parsers fail in many ways
+            with open_archive(path) as file:
+                self.digest = hashlib.sha256(file.read()).hexdigest()  # of the file's content
+        except Exception as error:  # archives fail in many ways
             raise SceneError(f"{path}: not a readable FMU ({_reason(error)})") from error
-        version = root.get("fmiVersion")
-        if version != "2.0":
-            raise SceneError(f"{path}: made for FMI {version}; export it for FMI 2.0, as co-simulation")
-        try:
-            self.variables: dict[str, Variable] = read_variables(root)
-        except SceneError as error:
-            raise SceneError(f"{path}: {error}") from error
-        try:
-            self.description = _described(content)
-        except Exception as error:  # fmpy expects what the schema says
-            raise SceneError(
-                f"{path}: modelDescription.xml is not valid ({_reason(error)}); export it again"
-            ) from error
-        if self.description.coSimulation is None and self.description.modelExchange is None:
-            raise SceneError(f"{path}: offers neither co-simulation nor model exchange; export it with one of them")
+        self.description = self._kept_description() or self._read_description()
+        self.variables: Mapping[str, Variable] = self.description.variables
         self._folders: list[tempfile.TemporaryDirectory[str]] = []
+        self._kept: Path | None = None
+
+    def _kept_description(self) -> Description | None:
+        content = cache.kept_bytes(self._cache_name)
+        if content is None:
+            return None
+        try:
+            return unpack(content)
+        except (ValueError, TypeError, KeyError, IndexError):  # of another version
+            return None
+
+    def _read_description(self) -> Description:
+        try:
+            description = read_description(_content(self.path))
+        except SceneError as error:
+            raise SceneError(f"{self.path}: {error}") from error
+        except Exception as error:  # archives and parsers fail in many ways
+            raise SceneError(f"{self.path}: not a readable FMU ({_reason(error)})") from error
+        cache.keep_bytes(self._cache_name, pack(description))
+        return description
+
+    @property
+    def _cache_name(self) -> str:
+        """Name of the kept description: a change of what reads it is another name."""
+        return f"descriptions/{self.digest}-{_reader()}.json"
 
     @property
     def guid(self) -> str:
         """Identification of the XML, which the library must match."""
         return self.description.guid
 
-    @cached_property
-    def digest(self) -> str:
-        """Hash of the file's content."""
-        with open_archive(self.path) as file:
-            return hashlib.sha256(file.read()).hexdigest()
+    def model_description(self) -> ModelDescription:
+        """Read the whole description by FMPy: model structure and what else runs do not need."""
+        return full_description(_content(self.path))
 
     @cached_property
     def arrays(self) -> dict[str, Vector]:
@@ -93,16 +108,19 @@ class Archive:
     @property
     def once_per_process(self) -> bool:
         """Whether a process may hold one instance only (canBeInstantiatedOnlyOncePerProcess)."""
-        interface = self.description.coSimulation or self.description.modelExchange
-        return interface is not None and interface.canBeInstantiatedOnlyOncePerProcess
+        return self.description.interface.once_per_process
 
     @property
     def reentrant(self) -> bool:
         """Whether instances may share one loaded library."""
-        return (self.description.generationTool or "").startswith(REENTRANT_TOOLS)
+        return self.description.generation_tool.startswith(REENTRANT_TOOLS)
 
     def extract(self) -> Path:
         """Return a folder with the unpacked FMU, the same at each call."""
+        if self.reentrant and self._kept is None and not self._folders:
+            self._kept = cache.kept_folder(f"fmus/{self.digest}-{fmi2.PLATFORM}", self._extract_into)
+        if self._kept is not None:
+            return self._kept
         if not self._folders:
             self._add_folder()
         return Path(self._folders[0].name)
@@ -124,16 +142,22 @@ class Archive:
         prefix = self.path.stem.encode("ascii", "replace").decode().replace("?", "_")[:MAX_PREFIX]
         folder = tempfile.TemporaryDirectory(prefix=f"{prefix}-", ignore_cleanup_errors=True)
         try:
-            with open_archive(self.path) as file:
-                extract(file, Path(folder.name))
-        except (OSError, ValueError, zipfile.BadZipFile) as error:
+            self._extract_into(Path(folder.name))
+        except SceneError:
             folder.cleanup()
-            raise SceneError(f"{self.path}: cannot be extracted ({_reason(error)})") from error
+            raise
         self._folders.append(folder)
         return Path(folder.name)
 
+    def _extract_into(self, folder: Path) -> None:
+        try:
+            with open_archive(self.path) as file:
+                extract(file, folder)
+        except (OSError, ValueError, zipfile.BadZipFile) as error:
+            raise SceneError(f"{self.path}: cannot be extracted ({_reason(error)})") from error
+
     def close(self) -> None:
-        """Remove what was extracted."""
+        """Remove what was extracted; what is kept for other processes stays."""
         while self._folders:
             self._folders.pop().cleanup()
 
@@ -164,7 +188,7 @@ def _cached_archive(path: Path, modified: int, size: int) -> Archive:
 
 def library_path(folder: Path, identifier: str) -> Path:
     """Return the file of the shared library in an unpacked FMU."""
-    return folder / "binaries" / str(fmpy.platform) / f"{identifier}{fmpy.sharedLibraryExtension}"
+    return folder / "binaries" / fmi2.PLATFORM / f"{identifier}{fmi2.LIBRARY_ENDING}"
 
 
 def find_fmu(name: str, near: Path | None = None) -> Path:
@@ -226,15 +250,11 @@ def _content(path: Path) -> bytes:
             raise ValueError(f"no modelDescription.xml at its top; {_misplaced(path)}") from error
 
 
-def _described(content: bytes) -> ModelDescription:
-    """Return interfaces and structure by fmpy.
-
-    The schema is checked by whoever makes the FMU; a scene needs only what is read here.
-    """
-    plain = io.BytesIO()
-    with zipfile.ZipFile(plain, "w") as archive:
-        archive.writestr("modelDescription.xml", content)
-    return read_model_description(plain, validate=False)
+@lru_cache(maxsize=1)
+def _reader() -> str:
+    """Return a word for the code that reads descriptions: what it wrote before a change is not read again."""
+    files = [Path(__file__).with_name(name) for name in ("description.py", "variables.py")]
+    return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()[:12]
 
 
 def _misplaced(path: Path) -> str:
@@ -255,8 +275,8 @@ def _loaded(library: Path) -> bool:
     if flag is None:
         return True
     try:
-        handle = ctypes.CDLL(str(library), mode=flag)._handle
+        asked = ctypes.CDLL(str(library), mode=flag)
     except OSError:
         return False
-    fmpy.freeLibrary(handle)  # asking counts as a use
+    fmi2.unload_library(asked)  # asking counts as a use
     return True

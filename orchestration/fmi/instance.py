@@ -1,4 +1,4 @@
-"""One instance of an FMI 2.0 FMU through fmpy's bindings: what both of its interfaces need.
+"""One instance of an FMI 2.0 FMU: what both of its interfaces need.
 
 A call that fails raises SubsystemError with what the FMU logged; warnings are counted (log.py).
 """
@@ -8,22 +8,19 @@ from __future__ import annotations
 import contextlib
 import ctypes
 import math
-import os
 from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from typing import Any, ClassVar
 
-import fmpy
-import fmpy.fmi2 as fmi2
 import numpy as np
-from fmpy.fmi1 import FMICallException
-from fmpy.logging import addLoggerProxy
-from fmpy.model_description import CoSimulation, ModelExchange
 
 from ..cosim.subsystem import Port
 from ..errors import SubsystemError
+from . import fmi2
 from .archive import Archive, library_path
+from .description import Interface
 from .log import RECEIVER, Log, Warned
-from .values import Group
+from .values import Group, number_of
 from .variables import TYPES, Value, Variable
 
 __all__ = ["Instance", "Value"]
@@ -58,7 +55,7 @@ class Instance:
         The FMU cannot be loaded or refuses a value.
     """
 
-    kind: ClassVar[type[fmi2.FMU2Slave] | type[fmi2.FMU2Model]]
+    kind: ClassVar[int]  # fmi2.CO_SIMULATION or MODEL_EXCHANGE
 
     def __init__(
         self,
@@ -73,7 +70,8 @@ class Instance:
         tolerance: float | None = None,
     ) -> None:
         description, variables = archive.description, archive.variables
-        interface = description.coSimulation if self.kind is fmi2.FMU2Slave else description.modelExchange
+        interface = description.co_simulation if self.kind == fmi2.CO_SIMULATION else description.model_exchange
+        assert interface is not None, "whoever makes an instance asks for an interface that the FMU has"
         self.name = name
         self._archive, self._stop = archive, stop
         self.inputs = tuple(_port(name, variables[v]) for v in inputs)
@@ -91,12 +89,14 @@ class Instance:
         self._overwrites = True  # whether fmi2GetFMUstate writes over the handle it is given
         self._dead = ""  # why, after fmi2Fatal: nothing may be called any more
         self._initialising = False
-        self._fmu: Any = self._load(archive, interface)
-        self.library: Any = _untyped(self._fmu.dll)
-        self.has_tangent = bool(interface.providesDirectionalDerivative)
+        self._component: Any = None
+        self._folder, self._typed = self._load(archive, interface)
+        self._loaded = True
+        self.library: Any = fmi2.untyped(self._typed)
+        self.has_tangent = interface.has_directional_derivatives
         self._prepare(interface)
         try:
-            self._instantiate([category.name for category in description.logCategories if category.name])
+            self._instantiate(archive.guid, description.log_categories)
             self._call(
                 "fmi2SetupExperiment",
                 int(tolerance is not None),
@@ -110,9 +110,9 @@ class Instance:
             self.close()
             raise
 
-    def _load(self, archive: Archive, interface: CoSimulation | ModelExchange) -> Any:
-        """Load the shared library of an interface."""
-        identifier = interface.modelIdentifier or ""
+    def _load(self, archive: Archive, interface: Interface) -> tuple[Path, ctypes.CDLL]:
+        """Load the shared library of an interface; return the folder of the FMU and the library."""
+        identifier = interface.model_identifier
         if not identifier or any(character in identifier for character in "/\\:\0"):
             raise SubsystemError(
                 f"{self.name}: {archive.path}: modelIdentifier = {identifier!r} names no library; export the FMU again"
@@ -121,21 +121,16 @@ class Instance:
         if not library_path(folder, identifier).is_file():
             there = sorted(path.name for path in (folder / "binaries").glob("*") if any(path.iterdir()))
             raise SubsystemError(
-                f"{self.name}: {archive.path} cannot be loaded here: it has no binaries/{fmpy.platform}/{identifier}"
-                f"{fmpy.sharedLibraryExtension}, but binaries for {', '.join(there) or 'no platform'}; export it for "
-                f"{fmpy.platform}"
+                f"{self.name}: {archive.path} cannot be loaded here: it has no binaries/{fmi2.PLATFORM}/{identifier}"
+                f"{fmi2.LIBRARY_ENDING}, but binaries for {', '.join(there) or 'no platform'}; export it for "
+                f"{fmi2.PLATFORM}"
             )
-        before = os.getcwd()
         try:
-            return self.kind(
-                guid=archive.guid or "", unzipDirectory=str(folder), modelIdentifier=identifier, instanceName=self.name
-            )
-        except Exception as error:
+            return folder, fmi2.load_library(library_path(folder, identifier), self.kind)
+        except (OSError, AttributeError) as error:
             raise SubsystemError(f"{self.name}: {archive.path} cannot be loaded here: {error}") from error
-        finally:
-            os.chdir(before)  # fmpy stays in the library's folder where loading fails
 
-    def _prepare(self, interface: CoSimulation | ModelExchange) -> None:
+    def _prepare(self, interface: Interface) -> None:
         """Prepare what an interface needs besides, from what the description says of it."""
 
     def initialise(self, time: float, values: np.ndarray) -> np.ndarray:
@@ -185,7 +180,7 @@ class Instance:
 
     def free(self, state: ctypes.c_void_p) -> None:
         """Release a handle."""
-        if self._fmu is None or self._states.pop(state.value, None) is None:
+        if not self._loaded or self._states.pop(state.value, None) is None:
             return
         self._oldest = min(self._states.values(), default=NO_STATE)
         if not self._dead:
@@ -193,19 +188,19 @@ class Instance:
 
     def close(self) -> None:
         """Release everything. May be called twice."""
-        if self._fmu is None:
+        if not self._loaded:
             return
         for state in tuple(self._states):
             self.free(ctypes.c_void_p(state))
         if self._of_pythonfmu:
             # Its binaries are never unloaded, and at exit they count down in memory they have just freed, which can
             # abort the process, unless they let go of it before. Instances that live on hold it themselves.
-            self._fmu.dll.finalizePythonInterpreter()
-        if self._fmu.component is not None and not self._dead:
-            self._fmu.freeInstance()
-        elif not self._dead:
-            self._fmu.freeLibrary()
-        self._fmu = None
+            self._typed.finalizePythonInterpreter()
+        if not self._dead:
+            if self._component is not None:
+                self._typed.fmi2FreeInstance(self._component)
+            fmi2.unload_library(self._typed)
+        self._loaded = False
 
     def watch_calls(self, wrap: Callable[[Any], Any]) -> None:
         """Replace the table of C functions by wrap(table), which may count or time the calls."""
@@ -222,40 +217,39 @@ class Instance:
 
     @property
     def _of_pythonfmu(self) -> bool:
-        return hasattr(self._fmu.dll, "finalizePythonInterpreter")
+        return hasattr(self._typed, "finalizePythonInterpreter")
 
     def warnings(self) -> tuple[Warned, ...]:
         """Return what the FMU warned of, each kind once."""
         return tuple(self._log.warnings.values())
 
-    def _instantiate(self, categories: Sequence[str]) -> None:
-        callbacks = fmi2.fmi2CallbackFunctions()
-        callbacks.logger = RECEIVER
-        callbacks.allocateMemory = fmi2.defaultCallbacks.allocateMemory
-        callbacks.freeMemory = fmi2.defaultCallbacks.freeMemory
-        callbacks.componentEnvironment = self._log.key
-        addLoggerProxy(ctypes.byref(callbacks))
-        try:
-            self._fmu.instantiate(callbacks=callbacks, loggingOn=True)  # without it some keep errors to themselves
-        except Exception as error:
-            raise SubsystemError(f"{self.name}: {error}: {self._log.take()}") from error
-        self._component = ctypes.c_void_p(self._fmu.component)
+    def _instantiate(self, guid: str, categories: Sequence[str]) -> None:
+        self._callbacks = fmi2.make_callbacks(RECEIVER, self._log.key)
+        component = self._typed.fmi2Instantiate(
+            self.name.encode(),
+            self.kind,
+            guid.encode(),
+            (self._folder / "resources").as_uri().encode(),
+            ctypes.byref(self._callbacks),
+            fmi2.fmi2False,
+            fmi2.fmi2True,  # without logging some keep errors to themselves
+        )
+        if component is None:
+            raise SubsystemError(f"{self.name}: Failed to instantiate model: {self._log.take()}")
+        self._component = ctypes.c_void_p(component)
         chatter = [name.encode() for name in categories if name in _CHATTER]
         if chatter:
             self._call("fmi2SetDebugLogging", fmi2.fmi2False, len(chatter), (fmi2.fmi2String * len(chatter))(*chatter))
 
     def _set_parameters(self, variables: Mapping[str, Variable], parameters: Mapping[str, Value]) -> None:
-        setters = {"Real": self._fmu.setReal, "Boolean": self._fmu.setBoolean, "String": self._fmu.setString}
         for kind in TYPES:
             names = [name for name in parameters if variables[name].type == kind]
             if not names:
                 continue
-            try:
-                setters.get(kind, self._fmu.setInteger)(
-                    [variables[n].reference for n in names], [parameters[n] for n in names]
-                )
-            except FMICallException as error:
-                raise SubsystemError(f"{self.name}: setting {', '.join(names)}: {self._log.take()}") from error
+            group = Group([variables[name] for name in names])
+            values = [number_of(str(parameters[name])) if kind == "String" else parameters[name] for name in names]
+            if group.write(self._typed, self._component, np.array(values, dtype=float)) > fmi2.fmi2Warning:
+                raise SubsystemError(f"{self.name}: setting {', '.join(names)}: {self._log.take()}")
 
     def _write_inputs(self, values: np.ndarray) -> None:
         status = self._driven.write(self.library, self._component, values)
@@ -284,7 +278,7 @@ class Instance:
             raise SubsystemError(self._dead, fatal=True)
 
     def _call(self, function: str, *arguments: object) -> None:
-        self._check(getattr(self._fmu.dll, function)(self._component, *arguments), function)
+        self._check(getattr(self._typed, function)(self._component, *arguments), function)
 
     def _check(self, status: int, what: str) -> None:
         """Raise SubsystemError for a call that failed; count a warning without words."""
@@ -299,14 +293,6 @@ class Instance:
         if status == fmi2.fmi2Fatal:
             self._dead = text = f"{text}; a fatal error, after which it cannot go on"
         raise SubsystemError(text, fatal=status == fmi2.fmi2Fatal)
-
-
-def _untyped(library: ctypes.CDLL) -> ctypes.CDLL:
-    """Return the C functions without the argument types that fmpy gives them.
-
-    Its conversions take longer than most calls; here every argument is a value or an array of ctypes.
-    """
-    return ctypes.CDLL(library._name, handle=library._handle)
 
 
 def _port(member: str, v: Variable) -> Port:

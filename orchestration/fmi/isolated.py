@@ -244,7 +244,7 @@ class _Server:
         experiment: Mapping[str, Any],
     ) -> None:
         self.archive = Archive(path)
-        kind = ModelExchangeInstance if self.archive.description.coSimulation is None else Slave
+        kind = ModelExchangeInstance if self.archive.description.co_simulation is None else Slave
         self.strings = [_strings([self.archive.variables[v] for v in names]) for names in (outputs, recorded)]
         try:
             self.instance: Any = kind(self.archive, name, parameters, inputs, outputs, recorded, **experiment)

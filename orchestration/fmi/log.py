@@ -8,8 +8,7 @@ import weakref
 from dataclasses import dataclass
 from typing import ClassVar
 
-import fmpy.fmi2 as fmi2
-from fmpy.fmi1 import printLogMessage
+from . import fmi2
 
 __all__ = ["RECEIVER", "Log", "Warned"]
 
@@ -69,7 +68,7 @@ class Log:
                 named = list(cls._open.values())
             log = named[-1] if named else None
         if log is None:
-            printLogMessage(environment, instance or b"", status, category or b"", message or b"")
+            print(f"[FMU, status {status}] {(message or b'').decode('utf-8', 'replace')}")
         else:
             log.add(status, (message or b"").decode("utf-8", "replace").replace("##", "#"))
 

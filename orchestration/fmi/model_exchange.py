@@ -12,11 +12,11 @@ import ctypes
 import math
 from typing import Any, NamedTuple
 
-import fmpy.fmi2 as fmi2
 import numpy as np
-from fmpy.model_description import ModelExchange
 
 from ..errors import SubsystemError, TerminationRequest
+from . import fmi2
+from .description import Interface
 from .instance import Instance
 from .values import Group
 
@@ -51,23 +51,23 @@ class ModelExchangeInstance(Instance):
     states alone, which is refused across an event.
     """
 
-    kind = fmi2.FMU2Model
+    kind = fmi2.MODEL_EXCHANGE
     frozen = False
     can_rollback = True
     has_rates = True
     takes_polynomials = True
     _begun = False
 
-    def _prepare(self, interface: ModelExchange) -> None:
+    def _prepare(self, interface: Interface) -> None:
         description = self._archive.description
-        self._saves_state = interface.canGetAndSetFMUstate
-        self._needs_completed_step = interface.needsCompletedIntegratorStep
+        self._saves_state = interface.can_save_state
+        self._needs_completed_step = interface.needs_completed_step
         self._ended: TerminationRequest | None = None  # at the end of a step, which is whole
         self._continuous_columns = np.array([k for k, v in enumerate(self._driven_variables) if not v.discrete], int)
         self._discrete_columns = np.array([k for k, v in enumerate(self._driven_variables) if v.discrete], int)
         self._continuous = Group([self._driven_variables[k] for k in self._continuous_columns])
         self._discrete = Group([self._driven_variables[k] for k in self._discrete_columns])
-        self._size, self._indicator_count = len(description.derivatives), description.numberOfEventIndicators
+        self._size, self._indicator_count = description.state_count, description.event_indicator_count
         self._states_array, self._states_buffer = _array(self._size)
         self._rates_array, self._rates_buffer = _array(self._size)
         self._indicators, self._indicators_buffer = _array(self._indicator_count)
@@ -118,7 +118,7 @@ class ModelExchangeInstance(Instance):
 
     def close(self) -> None:
         """Release everything. May be called twice."""
-        if self._fmu is not None and self._begun and not self._dead:
+        if self._loaded and self._begun and not self._dead:
             self.library.fmi2Terminate(self._component)  # whatever it answers, it is freed next
         self._begun = False
         super().close()

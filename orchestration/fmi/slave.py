@@ -8,11 +8,11 @@ from __future__ import annotations
 import ctypes
 import math
 
-import fmpy.fmi2 as fmi2
 import numpy as np
-from fmpy.model_description import CoSimulation
 
 from ..errors import SubsystemError, TerminationRequest
+from . import fmi2
+from .description import Interface
 from .instance import Instance
 
 __all__ = ["Slave"]
@@ -24,14 +24,14 @@ MAX_DEGREE = 3  # of the input polynomials: rows of Slave.set_inputs less one
 class Slave(Instance):
     """One instance for co-simulation."""
 
-    kind = fmi2.FMU2Slave
+    kind = fmi2.CO_SIMULATION
     frozen = False
     _begun = False
 
-    def _prepare(self, interface: CoSimulation) -> None:
-        self.can_rollback = interface.canGetAndSetFMUstate
-        self.takes_polynomials = interface.canInterpolateInputs
-        self.has_rates = interface.maxOutputDerivativeOrder > 0
+    def _prepare(self, interface: Interface) -> None:
+        self.can_rollback = interface.can_save_state
+        self.takes_polynomials = interface.can_interpolate_inputs
+        self.has_rates = interface.max_output_derivative_order > 0
         # Derivatives go to and come from continuous Reals; all others are held.
         self._driven_columns = np.array([k for k, v in enumerate(self._driven_variables) if not v.discrete], dtype=int)
         self._rate_columns = np.array([k for k, v in enumerate(self._wired_variables) if not v.discrete], dtype=int)
@@ -61,7 +61,7 @@ class Slave(Instance):
         self._degree = 0  # the highest order of input derivatives sent so far; others the FMU need not know
         self._held: bytes | None = None  # the inputs sent last, where they are constant and the FMU still has them
         self._ended: dict[int, str] = {}  # number of steps after which the FMU ended the simulation -> what it said
-        self._length = None if interface.canHandleVariableCommunicationStepSize else 0.0  # [s] of all steps
+        self._length = None if interface.takes_variable_steps else 0.0  # [s] of all steps
 
     def begin(self) -> None:
         """End initialisation, and find out whether states can be saved as the description says."""
@@ -108,7 +108,7 @@ class Slave(Instance):
 
     def close(self) -> None:
         """Release everything. May be called twice."""
-        if self._fmu is not None and self._begun and not self._dead:
+        if self._loaded and self._begun and not self._dead:
             self.library.fmi2Terminate(self._component)  # whatever it answers, it is freed next
         self._begun = False
         super().close()

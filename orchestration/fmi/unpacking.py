@@ -9,7 +9,7 @@ import zipfile
 from pathlib import Path, PurePosixPath
 from typing import BinaryIO
 
-import fmpy
+from . import fmi2
 
 __all__ = ["containing_file", "extract", "open_archive", "read_member"]
 
@@ -54,7 +54,7 @@ def extract(file: BinaryIO, folder: Path) -> None:
     ValueError
         A name leads outside the folder.
     """
-    own = ("binaries", str(fmpy.platform))
+    own = ("binaries", fmi2.PLATFORM)
     with zipfile.ZipFile(file) as archive:
         names = [entry.filename.replace("\\", "/") for entry in archive.infolist()]
         has_own = any(PurePosixPath(name).parts[:2] == own for name in names)

@@ -10,9 +10,9 @@ import ctypes
 from collections.abc import Sequence
 from typing import Any
 
-import fmpy.fmi2 as fmi2
 import numpy as np
 
+from . import fmi2
 from .variables import Variable
 
 __all__ = ["Group", "number_of", "text_of"]

@@ -6,11 +6,12 @@ import contextlib
 import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
-
-from lxml import etree
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..errors import SceneError
+
+if TYPE_CHECKING:
+    from lxml import etree
 
 __all__ = ["TYPES", "Unit", "Value", "Variable", "read_variables"]
 

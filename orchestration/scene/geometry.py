@@ -62,7 +62,7 @@ def _table(layer: Layer, table: str) -> Iterator[tuple[str, Any]]:
 
 def check_shared(members: Sequence[Member], connections: Sequence[Connection]) -> None:
     """Raise SceneError where a thermal and a rod FMU that are connected have different shared parameters."""
-    models = {member.name: member for member in members if member.archive.description.modelName in (THERMAL, ROD)}
+    models = {member.name: member for member in members if member.archive.description.model_name in (THERMAL, ROD)}
     pairs = {tuple(sorted((c.source[0], c.target[0]))) for c in connections if c.source[0] != c.target[0]}
     for a, b in sorted(pairs):
         if {a, b} <= models.keys():
@@ -73,7 +73,7 @@ def check_profile(members: Sequence[Member]) -> None:
     """Raise SceneError where a rod of a given profile does not have all its stiffnesses: the FMU's start values of
     them describe no body."""
     for member in members:
-        if member.archive.description.modelName != ROD or member.value("body.profile") is None:
+        if member.archive.description.model_name != ROD or member.value("body.profile") is None:
             continue
         missing = [name for name in member.archive.vectors.get(STIFFNESS, ()) if name not in member.parameters]
         if missing and RodParameters.of(member).profile == "given":

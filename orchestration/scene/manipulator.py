@@ -36,7 +36,7 @@ __all__ = [
     "is_element_of",
 ]
 
-THERMAL, ROD = "thermal", "rod"  # modelName of the FMUs, and names of the members of a scene that says nothing else
+THERMAL, ROD = "thermal", "rod"  # model names of the FMUs, and names of the members of a scene that says nothing else
 DEFAULT_FMUS = {THERMAL: "thermal.fmu", ROD: "rod.fmu"}
 
 # Outputs and inputs.

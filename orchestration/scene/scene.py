@@ -66,7 +66,7 @@ class Scene:
 
     def model(self, name: str) -> Member | None:
         """Return the first member whose FMU has that model name."""
-        return next((m for m in self.members if m.archive.description.modelName == name), None)
+        return next((m for m in self.members if m.archive.description.model_name == name), None)
 
 
 KEYS = {

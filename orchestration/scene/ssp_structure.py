@@ -171,7 +171,7 @@ class Structure:
             self.archive.refuse(f"Component {name}", "another component has the same name with its path; rename one")
         file = self.archive.file(self.archive.resolve(source, f"Component {name}"))
         fmu = self.open_fmu(file)
-        if element.get("implementation", "any") == "ModelExchange" and fmu.description.coSimulation is not None:
+        if element.get("implementation", "any") == "ModelExchange" and fmu.description.co_simulation is not None:
             self.archive.refuse(
                 f"Component {name}",
                 "implementation ModelExchange is not used where an FMU offers co-simulation; remove it",

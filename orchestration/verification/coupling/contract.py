@@ -152,8 +152,8 @@ def check_member(scene: Scene, member: Member, run: CoupledRun) -> list[Check]:
 
 def _varies_steps(member: Member) -> bool:
     """Whether a member takes steps of any length."""
-    interface = member.archive.description.coSimulation
-    return interface is None or bool(interface.canHandleVariableCommunicationStepSize)
+    interface = member.archive.description.co_simulation
+    return interface is None or bool(interface.takes_variable_steps)
 
 
 def _until_its_end(case: _Case) -> _Case:
@@ -207,8 +207,8 @@ def _determinism(case: _Case, base: np.ndarray, scales: np.ndarray) -> Check:
     if again > _ROUNDING:
         text = f"the same calls give other results, {_percent(again)} apart: random numbers, clocks or memory never set"
         return Check("determinism", False, text, again)
-    single = case.member.archive.description.coSimulation
-    if single is not None and single.canBeInstantiatedOnlyOncePerProcess:
+    single = case.member.archive.description.co_simulation
+    if single is not None and single.once_per_process:
         return Check("determinism", True, "the same calls give the same results; one instance per process")
     with case.opened() as first, case.opened() as second:
         rows = np.array([(case.step(first, k), case.step(second, k)) for k in range(case.segments)])

@@ -242,8 +242,8 @@ def _compare_with_monolith(
 
 
 def _has_model_exchange(member: Member) -> bool:
-    quasi_static = member.archive.description.modelName == ROD and member.value("dynamic") is False
-    return quasi_static or member.archive.description.modelExchange is not None
+    quasi_static = member.archive.description.model_name == ROD and member.value("dynamic") is False
+    return quasi_static or member.archive.description.model_exchange is not None
 
 
 def _matters(scene: Scene, check: Check, loops: LoopReport) -> bool:

@@ -6,10 +6,10 @@ import ctypes
 import math
 from collections.abc import Sequence
 
-import fmpy.fmi2 as fmi2
 import numpy as np
 
 from ...errors import SubsystemError
+from ...fmi import fmi2
 from ...fmi.instance import Instance
 from ...scene import Member
 from .part import EventUpdate
@@ -25,12 +25,12 @@ class ModelExchangePart(Instance):
 
     Raises SubsystemError where the archive offers no model exchange or its description has no states to integrate."""
 
-    kind = fmi2.FMU2Model
+    kind = fmi2.MODEL_EXCHANGE
 
     def __init__(
         self, member: Member, inputs: Sequence[str], outputs: Sequence[str], recorded: Sequence[str] = ()
     ) -> None:
-        description = member.archive.description
+        description = member.archive.model_description()
         interface = description.modelExchange
         if interface is None:
             raise SubsystemError(f"{member.name}: {member.archive.path} offers no model exchange; export it with it")

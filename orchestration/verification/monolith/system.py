@@ -187,7 +187,7 @@ def _refuse_discrete_wires(scene: Scene) -> None:
 def _part(scene: Scene, member: Member) -> Part:
     wired = [c.target[1] for c in scene.connections if c.target[0] == member.name]
     outputs = list(dict.fromkeys(c.source[1] for c in scene.connections if c.source[0] == member.name))
-    quasi_static = member.archive.description.modelName == ROD and member.value("dynamic") is False
+    quasi_static = member.archive.description.model_name == ROD and member.value("dynamic") is False
     kind = QuasiStaticPart if quasi_static else ModelExchangePart
     return kind(member, [*wired, *member.signals], outputs, [v.name for v in recorded_variables(member)])
 
