@@ -5,17 +5,24 @@
     result.tca.plot()                             # also .animate() and .report(path)
     tca.write(result, Path("step.nc"))
 
-Flow: scene -> master -> subsystems -> results -> charts; nothing later in it is imported by anything earlier.
+Flow: scene -> master -> subsystems -> results -> charts; nothing later in it is imported by anything earlier. Modules
+are loaded when something of them is used.
 """
 
-from .api import Overrides, read, run
-from .errors import CosimError, CouplingError, FmuWarning, Interrupted, SceneError, SceneWarning, SubsystemError
-from .results import versions, write
-from .scene import Coupling, Scene, titles
-from .stepping import Simulation
-from .visualization.accessor import BodyView, GifImage, ResultAccessor
+from typing import TYPE_CHECKING
 
-__version__ = versions()["tca-cosim"]
+from .lazy import importer as _importer
+from .visualization.registration import register as _register
+
+if TYPE_CHECKING:
+    from .api import Overrides, read, run
+    from .errors import CosimError, CouplingError, FmuWarning, Interrupted, SceneError, SceneWarning, SubsystemError
+    from .results import write
+    from .results.software import __version__
+    from .scene import Coupling, Scene, titles
+    from .stepping import Simulation
+    from .visualization.accessor import BodyView, GifImage, ResultAccessor
+
 __all__ = [
     "BodyView",
     "CosimError",
@@ -37,3 +44,33 @@ __all__ = [
     "titles",
     "write",
 ]
+
+_HOMES = {
+    **dict.fromkeys(("Overrides", "read", "run"), "api"),
+    **dict.fromkeys(
+        (
+            "CosimError",
+            "CouplingError",
+            "FmuWarning",
+            "Interrupted",
+            "SceneError",
+            "SceneWarning",
+            "SubsystemError",
+        ),
+        "errors",
+    ),
+    **dict.fromkeys(("Coupling", "Scene", "titles"), "scene"),
+    **dict.fromkeys(("BodyView", "GifImage", "ResultAccessor"), "visualization.accessor"),
+    "__version__": "results.software",
+    "Simulation": "stepping",
+    "write": "results",
+}
+if not TYPE_CHECKING:  # type checkers see the imports above, and so which names there are
+    __getattr__ = _importer(__name__, _HOMES)
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})
+
+
+_register()

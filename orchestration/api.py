@@ -5,17 +5,19 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from . import scene as scenes
+from . import simulation
 from .cosim.signals import Constant, Ramps, Signal
 from .errors import SceneError, SceneWarning
 from .results.plausibility import doubtful
 from .scene import Scene
-from .studies.model_selection import run_selected
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["Overrides", "read", "run"]
 
@@ -89,7 +91,12 @@ def run(
         The loop cannot be closed. The result until then is the error's `partial`.
     """
     described = read(scene, overrides)
-    result = run_selected(described, progress)
+    if described.accuracy.level == "auto":
+        from .studies.model_selection import run_selected
+
+        result = run_selected(described, progress)
+    else:
+        result = simulation.run(described, progress)
     for text in doubtful(described, result):
         warnings.warn(text, SceneWarning, stacklevel=2)
     return result

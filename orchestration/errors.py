@@ -3,6 +3,7 @@ remedy."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,6 +16,7 @@ __all__ = [
     "SceneWarning",
     "SubsystemError",
     "TerminationRequest",
+    "similar",
 ]
 
 
@@ -89,3 +91,29 @@ class CouplingError(CosimError):
             f"iteration {self.sweeps}: {self.cause}. "
             f"Last residuals (of nominal): {shown or 'none'}. Estimated loop gain {self.gain:.3g}. {self.remedy}"
         )
+
+
+MAX_NAMES = 12  # that a message lists; more hide the one that is meant
+
+
+def similar(word: str, known: Iterable[str]) -> str:
+    """Return the remedy for a word that is not known: the name that is close, or the nearest of all names."""
+    import difflib
+
+    names = sorted(set(known))
+    if not names:
+        return "there is none"
+    lower = {name.lower(): name for name in reversed(names)}
+    close = difflib.get_close_matches(word.lower(), lower, n=1)
+    if close:
+        return f"did you mean {lower[close[0]]!r}?"
+    if len(names) <= MAX_NAMES:
+        return f"allowed: {', '.join(names)}"
+    matcher = difflib.SequenceMatcher(b=word.lower(), autojunk=False)
+
+    def closeness(name: str) -> float:
+        matcher.set_seq1(name.lower())
+        return matcher.ratio()
+
+    nearest = sorted(names, key=closeness, reverse=True)[:MAX_NAMES]
+    return f"nearest: {', '.join(nearest)} (of {len(names)})"

@@ -7,9 +7,7 @@ import json
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
-
-import xarray as xr
+from typing import TYPE_CHECKING, Any
 
 from . import results
 from .cosim.converted_inputs import convert_inputs
@@ -28,9 +26,23 @@ from .fmi.isolated import IsolatedInstance
 from .fmi.log import Warned
 from .fmi.model_exchange import ModelExchangeInstance
 from .fmi.slave import Slave
+from .results import ResultTable
 from .scene import Member, Scene
 
-__all__ = ["OpenSimulation", "control_of", "load_member", "open_simulation", "recorded_variables", "run", "run_to_end"]
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = [
+    "OpenSimulation",
+    "control_of",
+    "load_member",
+    "open_simulation",
+    "partial_as_dataset",
+    "recorded_variables",
+    "run",
+    "run_table",
+    "run_to_end",
+]
 
 Instance = Slave | ModelExchangeInstance | IsolatedInstance
 
@@ -53,7 +65,7 @@ class OpenSimulation:
         span = (self.scene.start_time, self.scene.stop_time)
         return drive(self.master, control_of(self.scene.coupling), *span, breaks, progress, marks)
 
-    def collect(self, first: Any, logs: Sequence[StepLog], status: str) -> xr.Dataset:
+    def collect(self, first: Any, logs: Sequence[StepLog], status: str) -> ResultTable:
         """Return the result of the steps taken.
 
         Parameters
@@ -123,6 +135,23 @@ def open_simulation(
 
 
 def run(scene: Scene, progress: Callable[[float], None] = lambda time: None) -> xr.Dataset:
+    """Run a scene and return its result as run_table() does, as a Dataset; also the `partial` of an error is one."""
+    with partial_as_dataset():
+        return run_table(scene, progress).to_xarray()
+
+
+@contextlib.contextmanager
+def partial_as_dataset() -> Iterator[None]:
+    """Make the `partial` of errors a Dataset."""
+    try:
+        yield
+    except (CosimError, Interrupted) as error:
+        if isinstance(error.partial, ResultTable):
+            error.partial = error.partial.to_xarray()
+        raise
+
+
+def run_table(scene: Scene, progress: Callable[[float], None] = lambda time: None) -> ResultTable:
     """Run a scene and return its result (results.collect).
 
     Raises SubsystemError and CouplingError. What was computed by then is the error's `partial`, whose status says why
@@ -139,13 +168,13 @@ def run(scene: Scene, progress: Callable[[float], None] = lambda time: None) -> 
         return result
 
 
-def _warn(result: xr.Dataset) -> None:
+def _warn(result: ResultTable) -> None:
     """Pass on what the FMUs of a result warned of."""
     for warning in json.loads(result.attrs["warnings"]):
-        warnings.warn(str(Warned(**warning)), FmuWarning, stacklevel=3)
+        warnings.warn(str(Warned(**warning)), FmuWarning, stacklevel=5)
 
 
-def run_to_end(ready: OpenSimulation, progress: Callable[[float], None] = lambda time: None) -> xr.Dataset:
+def run_to_end(ready: OpenSimulation, progress: Callable[[float], None] = lambda time: None) -> ResultTable:
     """Run what is loaded already, once, as run() does."""
     first, logs = ready.master.observe(), []
     try:

@@ -3,11 +3,16 @@ fixtures of several modules."""
 
 from __future__ import annotations
 
+import os
+import tempfile
 from pathlib import Path
 
 import pytest
 from fmu_maker import boolean, integer, make_fmu, real
 from ssp_maker import Reader
+
+# Caches of tests, and of the processes that they start, lie apart from the user's.
+os.environ.setdefault("TCA_COSIM_CACHE", str(Path(tempfile.gettempdir()) / f"tca-cosim-tests-{os.environ.get('USER')}"))
 
 HOSTS = {"test_cofmupy", "test_hosts", "test_peers", "test_portable"}
 SLOW = {

@@ -40,7 +40,7 @@ def watched(scene: Scene) -> tuple[xr.Dataset, dict[str, Counter[str]]]:
         for slave in ready.slaves:
             slave.watch_calls(Counted)
         libraries = {slave.name: slave.library for slave in ready.slaves}
-        return run_to_end(ready), {name: library.calls.copy() for name, library in libraries.items()}
+        return run_to_end(ready).to_xarray(), {name: library.calls.copy() for name, library in libraries.items()}
 
 
 @pytest.mark.parametrize("control", ["fixed", "doubling", "embedded"])

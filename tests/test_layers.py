@@ -9,7 +9,7 @@ import tca_cosim
 
 FOLDER = Path(tca_cosim.__file__).parent
 ORDER = (
-    ("errors",),
+    ("errors", "lazy"),
     ("files", "parallel", "plotting"),
     ("cosim",),
     ("fmi",),

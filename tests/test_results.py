@@ -73,7 +73,7 @@ def test_a_failed_write_leaves_the_old_file(
 ) -> None:
     path = tmp_path / "step.csv"
     path.write_text("old")
-    monkeypatch.setattr(np, "savetxt", lambda *_, **__: (_ for _ in ()).throw(OSError("disk full")))
+    monkeypatch.setattr(np, "array_split", lambda *_, **__: (_ for _ in ()).throw(OSError("disk full")))
     with pytest.raises(OSError, match="disk full"):
         tca.write(result, path)
     assert path.read_text() == "old"

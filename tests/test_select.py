@@ -127,7 +127,7 @@ def test_a_search_says_what_it_is_at(monkeypatch: pytest.MonkeyPatch, tmp_path: 
     assert "last estimate" in texts[-1]
     shown = io.StringIO()
     terminal = Console(file=shown, force_terminal=True, width=200, _environ={"TERM": "xterm"})
-    monkeypatch.setattr(console, "out", terminal)
+    monkeypatch.setattr(console.out, "_console", terminal)
     monkeypatch.chdir(tmp_path)
     done = CliRunner().invoke(app, ["run", "load", "--set", "stop_time=0.2", "--set", "fidelity.level=auto"])
     assert done.exit_code == 0

@@ -39,7 +39,7 @@ def command(
     with reported():
         result = shown(scene, override, source)
         path = folder / f"{result.attrs['scene']}.{kind.value}"
-        with Progress(*Progress.get_default_columns(), console=out, transient=True) as bar:
+        with Progress(*Progress.get_default_columns(), console=out.console, transient=True) as bar:
             task = bar.add_task("frames", total=frames)
             animation.save(result, path, frames, fps, lambda: bar.advance(task))
         written(path)

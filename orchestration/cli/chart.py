@@ -56,7 +56,7 @@ def command(
         for name in names:
             require_models("chart", name, override, (THERMAL, ROD))
         file: dict[str, Any] = {"file": series} if series else {}
-        with Progress(*Progress.get_default_columns(), console=out, transient=True) as bar:
+        with Progress(*Progress.get_default_columns(), console=out.console, transient=True) as bar:
             task = bar.add_task("references", total=2 * len(names))
             references = work_precision.reference_solutions(names, override, **_spread(workers, bar, task), **file)
             for name, reference in zip(names, references, strict=True):

@@ -10,30 +10,70 @@ import signal
 import sys
 import warnings
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
-from typing import Any
-
-import typer
-import xarray as xr
-from rich.console import Console
-from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
-from rich.table import Table
+from time import monotonic
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from ..errors import CosimError, FmuWarning, Interrupted, SceneWarning
-from ..fmi.log import Warned
-from ..results.comparison import compare
-from ..results.plausibility import doubtful
-from ..scene import Scene
-from ..studies.model_selection import run_selected
 
-__all__ = ["busy", "extra", "out", "partial_kept", "reported", "run", "say_times", "show_gaps", "watched", "written"]
+if TYPE_CHECKING:
+    import xarray as xr
+    from rich.console import Console
+
+    from ..results import ResultLike, ResultTable
+    from ..scene import Scene
+
+__all__ = [
+    "busy",
+    "extra",
+    "out",
+    "partial_kept",
+    "reported",
+    "run",
+    "run_table",
+    "say",
+    "say_times",
+    "show_gaps",
+    "watched",
+    "written",
+]
 
 for _stream in (sys.stdout, sys.stderr):
     if hasattr(_stream, "reconfigure"):  # what a terminal cannot show is replaced, and ends no run
         _stream.reconfigure(errors="replace")
-out = Console(markup=False)  # [s] and [m] are units here
+PATIENCE = 0.3  # [s] of a run before a bar shows how far it is: shorter ones end before one can be read
 
 
+class _Out:
+    """Standard output; the console of rich is loaded where more than plain lines are printed."""
+
+    def __init__(self) -> None:
+        self._console: Console | None = None
+
+    @property
+    def console(self) -> Console:
+        """The console, on which [s] and [m] are units and no markup."""
+        from rich.console import Console
+
+        if self._console is None:
+            self._console = Console(markup=False)
+        return self._console
+
+    def print(self, *what: Any, **how: Any) -> None:
+        """Print as rich does."""
+        self.console.print(*what, **how)
+
+
+out = _Out()
+
+
+def say(*lines: object) -> None:
+    """Print lines as they are, however long; one with line breaks inside is several."""
+    print(*lines, sep="\n", flush=True)
+
+
+T = TypeVar("T")
 MENDABLE, UNEXPECTED, INTERRUPTED = 2, 70, 130  # exit codes
 TRACEBACK = "TCA_COSIM_TRACEBACK"  # environment variable: unexpected errors with their traceback
 
@@ -47,14 +87,12 @@ def reported() -> Iterator[None]:
             warnings.simplefilter("always", SceneWarning)
             warnings.showwarning = _show_warning
             yield
-    except typer.Exit:
-        raise
     except KeyboardInterrupt as error:
         _say("interrupted", str(error) or "stopped by the user")
-        raise typer.Exit(INTERRUPTED) from None
+        raise SystemExit(INTERRUPTED) from None
     except (CosimError, OSError) as error:
         _say("error", _text(error))
-        raise typer.Exit(MENDABLE) from None
+        raise SystemExit(MENDABLE) from None
     except Exception as error:
         if os.environ.get(TRACEBACK):
             raise
@@ -64,7 +102,7 @@ def reported() -> Iterator[None]:
             f"unexpected {type(error).__name__}: {text}; this is a fault of tca-cosim: please report it, with "
             f"what {TRACEBACK}=1 shows",
         )
-        raise typer.Exit(UNEXPECTED) from None
+        raise SystemExit(UNEXPECTED) from None
     finally:
         if before is not None:
             signal.signal(signal.SIGTERM, before)
@@ -89,6 +127,8 @@ def _show_warning(message: Warning | str, category: type[Warning], *where: Any, 
 
 
 def _say(kind: str, text: str, style: str = "bold red") -> None:
+    from rich.console import Console
+
     Console(stderr=True).print(f"[{style}]{kind}:[/] ", end="")
     Console(stderr=True, soft_wrap=True, highlight=False, markup=False).print(text)
 
@@ -124,7 +164,7 @@ def extra(name: str, instead: str = "") -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def partial_kept(folder: Path, ending: str, write: Callable[[xr.Dataset, Path], object]) -> Iterator[None]:
+def partial_kept(folder: Path, ending: str, write: Callable[[Any, Path], object]) -> Iterator[None]:
     """Write what a run computed until it failed to NAME.partial.ending."""
     try:
         yield
@@ -132,7 +172,7 @@ def partial_kept(folder: Path, ending: str, write: Callable[[xr.Dataset, Path], 
         if error.partial is not None:
             path = folder / f"{error.partial.attrs['scene']}.partial.{ending}"
             write(error.partial, path)
-            out.print(f"what was computed until then: {path}", highlight=False)
+            say(f"what was computed until then: {path}")
         raise
 
 
@@ -148,22 +188,35 @@ def say_times(scene: Scene, other: xr.Dataset) -> None:
 
 def written(*what: object) -> None:
     """Print the files written."""
-    out.print("written: " + ", ".join(map(str, what)), highlight=False)
+    say("written: " + ", ".join(map(str, what)))
 
 
 def run(scene: Scene) -> xr.Dataset:
-    """Runs a scene and shows how far it is; where its models are to be chosen, which ones it is at.
+    """Run a scene as run_table() does, and return the result as a Dataset."""
+    from ..simulation import partial_as_dataset
+
+    with partial_as_dataset():
+        return run_table(scene).to_xarray()
+
+
+def run_table(scene: Scene) -> ResultTable:
+    """Run a scene and show how far it is; where its models are to be chosen, which ones it is at.
 
     What FMUs warned of, and who ended the run, is shown at the end.
     """
+    from .. import simulation
+    from ..results.plausibility import doubtful
+
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", FmuWarning)  # shown below
         try:
             if scene.accuracy.level == "given":
-                result = watched(scene, lambda progress: run_selected(scene, progress))
+                result = watched(scene, partial(simulation.run_table, scene))
             else:
+                from ..studies.model_selection import select
+
                 with busy(scene.name) as show:
-                    result = run_selected(scene, status=show)
+                    result = select(scene, show).table()
         except CosimError as error:
             if error.partial is not None:
                 _show_messages(error.partial)
@@ -174,41 +227,68 @@ def run(scene: Scene) -> xr.Dataset:
     return result
 
 
-def _show_messages(result: xr.Dataset) -> None:
+def _show_messages(result: ResultLike) -> None:
     """Prints what FMUs warned of, how the run differs from what was asked for, and which FMU ended it."""
+    from ..fmi.log import Warned
+
     for warning in json.loads(result.attrs.get("warnings", "[]")):
         out.print(f"warning: {Warned(**warning)}", highlight=False, soft_wrap=True, style="yellow")
     for note in json.loads(result.attrs.get("notes", "[]")):
         if note != result.attrs.get("ended"):
-            out.print(f"note: {note}", highlight=False, soft_wrap=True)
+            say(f"note: {note}")
     if result.attrs.get("ended"):
-        out.print(result.attrs["ended"], highlight=False, soft_wrap=True)
+        say(result.attrs["ended"])
 
 
 @contextlib.contextmanager
 def busy(what: str) -> Iterator[Callable[[str], None]]:
     """Show the time spent on `what`, and the last status given."""
+    from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+
     columns = (SpinnerColumn(), TextColumn("{task.description}", markup=False), TimeElapsedColumn())
-    with Progress(*columns, console=out, transient=True) as bar:
+    with Progress(*columns, console=out.console, transient=True) as bar:
         task = bar.add_task(what, total=None)
         yield lambda text: bar.update(task, description=f"{what}, {text}")
 
 
-def watched(scene: Scene, solve: Callable[[Callable[[float], None]], xr.Dataset]) -> xr.Dataset:
-    """Return solve(progress), where progress(time) moves a bar."""
+def watched(scene: Scene, solve: Callable[[Callable[[float], None]], T]) -> T:
+    """Return solve(progress), where progress(time) moves a bar once the run takes long enough to be watched."""
+    begin = monotonic()
+    with contextlib.ExitStack() as stack:
+        move: Callable[[float], None] | None = None
+
+        def progress(time: float) -> None:
+            nonlocal move
+            if move is None and monotonic() - begin > PATIENCE:
+                move = stack.enter_context(_bar(scene))
+            if move is not None:
+                move(time)
+
+        return solve(progress)
+
+
+@contextlib.contextmanager
+def _bar(scene: Scene) -> Iterator[Callable[[float], None]]:
+    """Show a bar over the time of a scene; yield what moves it."""
+    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
     columns = (
         TextColumn("{task.description}"),
         BarColumn(),
         TextColumn("{task.completed:.1f}/{task.total:g} s"),
         TimeRemainingColumn(),
     )
-    with Progress(*columns, console=out, transient=True) as bar:
+    with Progress(*columns, console=out.console, transient=True) as bar:
         task = bar.add_task(scene.name, total=scene.stop_time)
-        return solve(lambda time: bar.update(task, completed=time))
+        yield lambda time: bar.update(task, completed=time)
 
 
 def show_gaps(a: xr.Dataset, b: xr.Dataset) -> None:
     """Print a table of the differences between two results. Raises CosimError where they cannot be compared."""
+    from rich.table import Table
+
+    from ..results.comparison import compare
+
     try:
         gaps = compare(a, b)
     except ValueError as error:

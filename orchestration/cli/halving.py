@@ -36,7 +36,7 @@ def command(
             from ..benchmarks import work_precision
         paths: list[Path] = []
         shown = Table("scene", "macro step [s]", "difference, share of the range", "order")
-        with Progress(*Progress.get_default_columns(), console=out, transient=True) as bar:
+        with Progress(*Progress.get_default_columns(), console=out.console, transient=True) as bar:
             for name in scenes:
                 require_models("halving", name, override, (ROD,))
                 task = bar.add_task(name, total=1.0)

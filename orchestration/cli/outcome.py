@@ -7,8 +7,8 @@ import math
 from collections.abc import Iterator
 
 import numpy as np
-import xarray as xr
 
+from ..results import ResultLike
 from ..scene.manipulator import TEMPERATURE
 
 __all__ = ["describe"]
@@ -18,18 +18,18 @@ MAX_OUTPUTS = 6  # of foreign FMUs that are shown
 _TIP, _ANGLES, _HOTTEST = "tip.p", "tip.euler", "T_max"
 
 
-def describe(result: xr.Dataset) -> list[str]:
+def describe(result: ResultLike) -> list[str]:
     """Describe the end of a run, the hottest TCA and the coupling, one line for each."""
     members = list(json.loads(result.attrs.get("members", "{}")))
     lines = [line for part in (_tip, _heat) for member in members for line in part(result, member)]
     return [*(lines or _outputs(result)), _coupling(result)]
 
 
-def _end(result: xr.Dataset) -> str:
-    return f"at {float(result['time'][-1]):g} s"
+def _end(result: ResultLike) -> str:
+    return f"at {float(result['time'].to_numpy()[-1]):g} s"
 
 
-def _tip(result: xr.Dataset, member: str) -> Iterator[str]:
+def _tip(result: ResultLike, member: str) -> Iterator[str]:
     """Position and angles of the tip at the end."""
     if f"{member}.{_TIP}" not in result or result[f"{member}.{_TIP}"].shape[1:] != (3,):
         return
@@ -44,22 +44,22 @@ def _tip(result: xr.Dataset, member: str) -> Iterator[str]:
         )
 
 
-def _heat(result: xr.Dataset, member: str) -> Iterator[str]:
+def _heat(result: ResultLike, member: str) -> Iterator[str]:
     """The hottest TCA, with the highest temperature in it where it is known."""
     name, hottest = f"{member}.{TEMPERATURE}", f"{member}.{_HOTTEST}"
     if hottest not in result or name not in result:
         return
     means = result[name].to_numpy()
     row, tca = np.unravel_index(int(np.argmax(means)), means.shape)
-    peak = float(result[hottest].max()) - ZERO_CELSIUS
-    time = float(result["time"][int(row)])
+    peak = float(result[hottest].to_numpy().max()) - ZERO_CELSIUS
+    time = float(result["time"].to_numpy()[int(row)])
     yield f"hottest TCA: {tca + 1}, mean {means[row, tca] - ZERO_CELSIUS:.1f} degC at {time:g} s, peak {peak:.1f} degC"
 
 
-def _outputs(result: xr.Dataset) -> Iterator[str]:
+def _outputs(result: ResultLike) -> Iterator[str]:
     """Last values of the scalar outputs of other FMUs."""
     shown = [
-        f"{name} = {float(array[-1]) + 0.0:.6g}"
+        f"{name} = {float(array.to_numpy()[-1]) + 0.0:.6g}"
         + (f" {unit}" if (unit := array.attrs.get("units", "1")) != "1" else "")
         for name, array in result.data_vars.items()
         if array.dims == ("time",) and array.attrs.get("causality") == "output" and array.dtype.kind in "fiub"
@@ -69,10 +69,10 @@ def _outputs(result: xr.Dataset) -> Iterator[str]:
         yield f"{_end(result)}: {', '.join(shown[:MAX_OUTPUTS])}{more}"
 
 
-def _coupling(result: xr.Dataset) -> str:
+def _coupling(result: ResultLike) -> str:
     steps = result.sizes["time"] - 1
     if steps == 0:
         return "coupling: no macro step"
-    sweeps, gain = float(result["coupling.sweeps"][1:].mean()), float(result["coupling.gain"][-1])
+    sweeps, gain = float(result["coupling.sweeps"].to_numpy()[1:].mean()), float(result["coupling.gain"].to_numpy()[-1])
     loop = "" if math.isnan(gain) else f", loop gain {gain:.3g}"  # nan: nothing was iterated
     return f"coupling: {steps} macro steps, {sweeps:.2f} sweeps each{loop}"

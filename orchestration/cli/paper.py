@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import xarray as xr
 from rich.table import Table
 
 from ..scene import read
 from ..verification import paper
 from .console import out, reported, run, written
 from .options import Folder
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["command"]
 

@@ -39,7 +39,7 @@ def command(
         if not oscillators:
             require_models("stability", scene, override, (ROD,))
         study = stability.oscillator_study(points) if oscillators else stability.rod_study(scene, override, points)
-        with Progress(*Progress.get_default_columns(), console=out, transient=True) as bar:
+        with Progress(*Progress.get_default_columns(), console=out.console, transient=True) as bar:
             task = bar.add_task(study.name, total=len(study.panels) * points)
             dataset = stability.run_study(study, worker(scheduler, workers, lambda _: bar.advance(task)))
         results.write(dataset, folder / f"{study.name}.nc")

@@ -49,7 +49,7 @@ def command(
             TextColumn("{task.fields[rate]:.1f} runs/s"),
             TimeRemainingColumn(),
         )
-        with Bar(*columns, console=out, transient=True) as bar:
+        with Bar(*columns, console=out.console, transient=True) as bar:
             task = bar.add_task(described.name, total=None, rate=0.0)
             state = sweep.SweepProgress(0, 0, 0)
 

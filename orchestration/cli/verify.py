@@ -53,4 +53,4 @@ def command(
         coupling.write_html(verification, folder / f"{described.name}.verify.html")
         written(folder / f"{described.name}.verify.html", ".json")
     if not verification.trusted:
-        raise typer.Exit(1)
+        raise SystemExit(1)

@@ -9,7 +9,6 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.linalg import expm
 
 from .subsystem import Port
 
@@ -109,6 +108,8 @@ class Linear:
 
     def _flow(self, length: float) -> np.ndarray:
         if length not in self._flows:
+            from scipy.linalg import expm  # slow to load
+
             n, m = len(self.state), len(self.inputs)
             generator = np.zeros((n + 4 * m, n + 4 * m))
             generator[:n, :n] = self.A

@@ -7,10 +7,9 @@ is torn: its end value is an unknown of the loop.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import heapq
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-
-import networkx as nx
 
 __all__ = ["Component", "Connection", "components"]
 
@@ -65,17 +64,59 @@ def components(names: Sequence[str], connections: Sequence[Connection], jacobi: 
     jacobi : bool
         Tear every connection inside a component, so that each member sees results of the sweep before only.
     """
-    graph = nx.DiGraph()
-    graph.add_nodes_from(names)
-    graph.add_edges_from((c.source[0], c.target[0]) for c in connections)
-    condensed = nx.condensation(graph)
     rank = {name: k for k, name in enumerate(names)}
+    after = _neighbours(names, ((c.source[0], c.target[0]) for c in connections))
+    groups = _strongly_connected(names, after)
+    of = {name: k for k, group in enumerate(groups) for name in group}
+    waiting = [len({of[c.source[0]] for c in connections if of[c.target[0]] == k} - {k}) for k in range(len(groups))]
+    ready = [(min(map(rank.__getitem__, group)), k) for k, group in enumerate(groups) if not waiting[k]]
+    heapq.heapify(ready)
     ordered = []
-    for node in nx.lexicographical_topological_sort(
-        condensed, key=lambda n: min(rank[name] for name in condensed.nodes[n]["members"])
-    ):
-        members = condensed.nodes[node]["members"]
+    while ready:  # the first in the given order of those whose sources are all taken
+        _, number = heapq.heappop(ready)
+        members = groups[number]
         inner = [c for c in connections if c.source[0] in members and c.target[0] in members]
         torn = frozenset(c for c in inner if jacobi or rank[c.source[0]] >= rank[c.target[0]])
         ordered.append(Component(tuple(sorted(members, key=rank.__getitem__)), torn))
+        for k in {of[name] for member in members for name in after[member]} - {number}:
+            waiting[k] -= 1
+            if not waiting[k]:
+                heapq.heappush(ready, (min(map(rank.__getitem__, groups[k])), k))
     return tuple(ordered)
+
+
+def _neighbours(names: Sequence[str], edges: Iterable[tuple[str, str]]) -> dict[str, list[str]]:
+    """Return name -> names that its edges lead to, each once."""
+    after: dict[str, dict[str, None]] = {name: {} for name in names}
+    for one, other in edges:
+        after[one][other] = None
+    return {name: list(others) for name, others in after.items()}
+
+
+def _strongly_connected(names: Sequence[str], after: Mapping[str, list[str]]) -> list[frozenset[str]]:
+    """Return the strongly connected components (Kosaraju and Sharir: two depth-first searches, one of them backwards).
+
+    Networkx has them too, but loading it takes longer than a whole run."""
+    finished = [name for tree in _depth_first(names, after) for name in tree]
+    before = _neighbours(names, ((other, one) for one in names for other in after[one]))
+    return [frozenset(tree) for tree in _depth_first(finished[::-1], before)]
+
+
+def _depth_first(names: Sequence[str], after: Mapping[str, list[str]]) -> Iterator[list[str]]:
+    """Yield the names of each tree of a depth-first search, in the order in which they are left."""
+    seen: set[str] = set()
+    for root in names:
+        if root in seen:
+            continue
+        seen.add(root)
+        left, path = [], [(root, iter(after[root]))]
+        while path:
+            name, others = path[-1]
+            following = next((other for other in others if other not in seen), None)
+            if following is None:
+                left.append(name)
+                path.pop()
+            else:
+                seen.add(following)
+                path.append((following, iter(after[following])))
+        yield left

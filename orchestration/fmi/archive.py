@@ -8,18 +8,17 @@ from __future__ import annotations
 
 import contextlib
 import ctypes
-import difflib
 import hashlib
 import os
 import tempfile
 import zipfile
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from functools import cached_property, lru_cache
 from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..errors import SceneError
+from ..errors import SceneError, similar
 from . import cache, fmi2
 from .description import Description, full_description, pack, read_description, unpack
 from .unpacking import containing_file, extract, open_archive, read_member
@@ -215,30 +214,6 @@ def find_fmu(name: str, near: Path | None = None) -> Path:
     known = [file.name for folder in folders if folder.is_dir() for file in folder.glob("*.fmu")]
     hint = similar(name, known) if known else "run `make fmus` to build thermal.fmu and rod.fmu"
     raise SceneError(f"no FMU {name!r} in {', '.join(str(folder) for folder in folders)}; {hint}")
-
-
-MAX_NAMES = 12  # that a message lists; more hide the one that is meant
-
-
-def similar(word: str, known: Iterable[str]) -> str:
-    """Return the remedy for a word that is not known: the name that is close, or the nearest of all names."""
-    names = sorted(set(known))
-    if not names:
-        return "there is none"
-    lower = {name.lower(): name for name in reversed(names)}
-    close = difflib.get_close_matches(word.lower(), lower, n=1)
-    if close:
-        return f"did you mean {lower[close[0]]!r}?"
-    if len(names) <= MAX_NAMES:
-        return f"allowed: {', '.join(names)}"
-    matcher = difflib.SequenceMatcher(b=word.lower(), autojunk=False)
-
-    def closeness(name: str) -> float:
-        matcher.set_seq1(name.lower())
-        return matcher.ratio()
-
-    nearest = sorted(names, key=closeness, reverse=True)[:MAX_NAMES]
-    return f"nearest: {', '.join(nearest)} (of {len(names)})"
 
 
 def _content(path: Path) -> bytes:

@@ -5,10 +5,10 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Sequence
 
-import fmpy.fmi2 as fmi2
 import numpy as np
 
 from ..errors import SubsystemError
+from . import fmi2
 from .archive import Archive
 from .instance import Instance
 from .variables import Variable
@@ -18,7 +18,7 @@ __all__ = ["continuous_states", "jacobian", "real_values"]
 
 def continuous_states(archive: Archive) -> list[tuple[Variable, Variable]]:
     """Return the continuous states that an FMU declares, each with its time derivative."""
-    declared = [unknown.variable for unknown in archive.description.derivatives or []]
+    declared = [unknown.variable for unknown in archive.model_description().derivatives or []]
     pairs = [(derivative.derivative, derivative) for derivative in declared]
     return [(archive.variables[s.name], archive.variables[d.name]) for s, d in pairs if s is not None]
 

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Mapping
 from functools import lru_cache
+from importlib.metadata import version
 from typing import Any
 
+from .cache import keep_bytes, kept_bytes
 from .variables import BASE_UNITS
 
 __all__ = ["convert"]
 
 _QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*", re.DOTALL)
 _POWER = re.compile(r"(?<=[A-Za-z])(-?\d)")  # FMI writes m2 for m^2
+CACHE_FORMAT = 1  # of the units kept between processes; another number for other content
+_PROBES = (1.0, -1.0, 0.1, 1.0 / 3.0, 7.03, 40.0, 12345.6789, 1e-7, 3.3e9)  # values at which kept units are compared
 _PINT_NAMES = ("kilogram", "meter", "second", "ampere", "kelvin", "mole", "candela", "radian")  # of BASE_UNITS
 
 
@@ -70,6 +75,47 @@ def _in_base_units(number: float, name: str) -> tuple[float, float, dict[str, in
 
     ValueError where pint knows no such unit.
     """
+    known = _kept_units().get(name)
+    if known is None:
+        found = _by_pint(number, name)
+        _checked(name)
+        return found
+    factor, zero, exponents = known
+    return _linear(number, factor, zero), zero, exponents
+
+
+def _linear(number: float, factor: float, zero: float) -> float:
+    return number * factor + zero if zero else number * factor
+
+
+@lru_cache(maxsize=1024)
+def _checked(name: str) -> None:
+    """Keep the definition of a unit where a factor and an offset give what pint gives, to the last bit."""
+    one, zero, exponents = _by_pint(1.0, name)
+    factor = one - zero if zero == 0.0 else 1.0
+    if all(_by_pint(number, name)[0] == _linear(number, factor, zero) for number in _PROBES):
+        _kept_units()[name] = (factor, zero, exponents)
+        keep_bytes(_cache_name(), json.dumps(_kept_units()).encode())
+
+
+@lru_cache(maxsize=1)
+def _kept_units() -> dict[str, tuple[float, float, dict[str, int]]]:
+    """Return name -> factor, offset, exponents of the units seen in earlier processes: pint takes long to load."""
+    content = kept_bytes(_cache_name())
+    if content is None:
+        return {}
+    return {
+        str(name): (float(factor), float(zero), {str(base): int(power) for base, power in exponents.items()})
+        for name, (factor, zero, exponents) in json.loads(content).items()
+    }
+
+
+@lru_cache(maxsize=1)
+def _cache_name() -> str:
+    return f"units/pint-{version('pint')}-{CACHE_FORMAT}.json"
+
+
+def _by_pint(number: float, name: str) -> tuple[float, float, dict[str, int]]:
     registry = _registry()
     try:
         unit = _parsed(name)

@@ -1,4 +1,4 @@
-"""Result of a run: an xarray Dataset with units, descriptions, settings and versions.
+"""Result of a run: a table or xarray Dataset with units, descriptions, settings and versions.
 
 Elements of one vector without gaps come as one variable with index dimensions: thermal.T (time, index3), rod.shape.p
 (time, index21, index3). Indices are those of the FMU: index3 counts from 1, index3_from0 from 0. Integers, Booleans,
@@ -9,15 +9,11 @@ coupling lies on the same time axis: coupling.step [s], sweeps, residual and err
 from __future__ import annotations
 
 import json
-import platform
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict
-from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
-import fmpy
 import numpy as np
-import xarray as xr
 
 from ..cosim.acceleration import spectral_radius
 from ..cosim.master import StepLog
@@ -26,8 +22,10 @@ from ..fmi.log import Warned
 from ..fmi.values import text_of
 from ..fmi.vectors import find_vectors
 from ..scene import Member, Scene
+from .software import versions
+from .table import LabelledArray, ResultLike, ResultTable
 
-__all__ = ["arrays", "collect", "describe_vector", "scalars", "scene_record", "versions"]
+__all__ = ["arrays", "collect", "describe_vector", "scalars", "scene_record"]
 
 _LOG = {
     "step": ("s", "length of the macro step that ended here"),
@@ -47,8 +45,8 @@ def collect(
     logs: Sequence[StepLog],
     status: str,
     warnings: Iterable[Warned] = (),
-) -> xr.Dataset:
-    """Collect the Dataset of a run.
+) -> ResultTable:
+    """Collect the result of a run.
 
     Parameters
     ----------
@@ -67,17 +65,17 @@ def collect(
     """
     times = np.array([scene.start_time, *(log.time for log in logs)])
     warned = list(warnings)
-    content: dict[str, Any] = {}  # at once, since a Dataset that grows aligns everything anew with every variable
+    content: dict[str, LabelledArray] = {}
     for name, variables in recorded.items():
         rows = np.array([first[name], *(log.record[name] for log in logs)])
         content |= arrays(name, variables, rows)
         warned += _not_finite(name, variables, times, rows)
     for key, column in _log_columns(logs).items():
         unit, text = _LOG[key]
-        content[f"coupling.{key}"] = ("time", column, {"units": unit, "long_name": text})
-    coordinates = {"time": ("time", times, {"units": "s", "long_name": "time"})}
+        content[f"coupling.{key}"] = LabelledArray(("time",), column, {"units": unit, "long_name": text})
+    coordinates = {"time": LabelledArray(("time",), times, {"units": "s", "long_name": "time"})}
     attributes = {**scene_record(scene, status), "warnings": json.dumps([asdict(warning) for warning in warned])}
-    return xr.Dataset(content, coordinates | _indices(content), attributes)
+    return ResultTable(content, coordinates | _indices(content), attributes)
 
 
 def _not_finite(member: str, variables: Sequence[Variable], times: np.ndarray, rows: np.ndarray) -> Iterator[Warned]:
@@ -88,8 +86,8 @@ def _not_finite(member: str, variables: Sequence[Variable], times: np.ndarray, r
         yield Warned(member, f"{variables[k].name} is {rows[first, k]}", int(bad[:, k].sum()), float(times[first]))
 
 
-def arrays(member: str, variables: Sequence[Variable], rows: np.ndarray) -> dict[str, Any]:
-    """Return name -> dimensions, values, attributes of a member's variables, as xarray takes them.
+def arrays(member: str, variables: Sequence[Variable], rows: np.ndarray) -> dict[str, LabelledArray]:
+    """Return name -> array of a member's variables.
 
     Parameters
     ----------
@@ -103,7 +101,7 @@ def arrays(member: str, variables: Sequence[Variable], rows: np.ndarray) -> dict
         alike = {(variables[columns[name]].type, variables[columns[name]].unit) for name in vector.elements}
         if vector.complete and base not in columns and len(alike) == 1:
             base_of |= dict.fromkeys(vector.elements, base)
-    content: dict[str, Any] = {}
+    content: dict[str, LabelledArray] = {}
     for variable in variables:
         base = base_of.get(variable.name, variable.name)
         if f"{member}.{base}" in content:
@@ -118,7 +116,7 @@ def arrays(member: str, variables: Sequence[Variable], rows: np.ndarray) -> dict
             values = rows[:, [columns[name] for name in vector.elements]].reshape(len(rows), *vector.shape)
             description = describe_vector([variables[columns[name]].description for name in vector.elements])
         attributes = _attributes(variable) | {"long_name": description}
-        content[f"{member}.{base}"] = (dims, _typed(values, variable), attributes)
+        content[f"{member}.{base}"] = LabelledArray(dims, _typed(values, variable), attributes)
     return content
 
 
@@ -167,23 +165,23 @@ def _attributes(variable: Variable) -> dict[str, Any]:
     return attributes
 
 
-def _indices(content: Mapping[str, Any]) -> dict[str, Any]:
+def _indices(content: Mapping[str, LabelledArray]) -> dict[str, LabelledArray]:
     """Return the coordinates of the dimensions that index vectors, which count as the FMUs' own names do."""
-    dims = {dim for names, *_ in content.values() if names != "time" for dim in names[1:]}
+    dims = {dim for array in content.values() for dim in array.dims[1:]}
     coordinates = {}
     for dim in dims:
         size, _, first = dim.removeprefix("index").partition("_from")
         start = int(first or 1)
-        coordinates[dim] = (dim, np.arange(start, start + int(size)), {"long_name": "index"})
+        coordinates[dim] = LabelledArray((dim,), np.arange(start, start + int(size)), {"long_name": "index"})
     return coordinates
 
 
-def scalars(dataset: xr.Dataset) -> dict[str, tuple[np.ndarray, str]]:
+def scalars(dataset: ResultLike) -> dict[str, tuple[np.ndarray, str]]:
     """Return the scalar name, such as thermal.T[1], -> its values (time,) and unit."""
     columns = {}
     for name, array in dataset.data_vars.items():
         flat = array.to_numpy().reshape(dataset.sizes["time"], -1)
-        starts = [int(array.coords[dim][0]) if dim in array.coords else 1 for dim in array.dims[1:]]
+        starts = [int(dataset.coords[d].to_numpy()[0]) if d in dataset.coords else 1 for d in array.dims[1:]]
         for k, index in enumerate(np.ndindex(array.shape[1:])):
             shown = ",".join(str(i + start) for i, start in zip(index, starts, strict=True))
             columns[f"{name}[{shown}]" if index else str(name)] = (flat[:, k], array.attrs.get("units", "1"))
@@ -219,15 +217,6 @@ def _member_record(member: Member) -> dict[str, Any]:
         "units": {name: v.unit for name, v in declared.items() if v.unit != "1"},
         "signals": {name: [type(signal).__name__, vars(signal)] for name, signal in member.signals.items()},
     }
-
-
-def versions() -> dict[str, str]:
-    """Return the versions of the software that makes a result."""
-    try:
-        own = version("tca-cosim")
-    except PackageNotFoundError:  # run from a source tree that is not installed
-        own = "not installed"
-    return {"tca-cosim": own, "fmpy": fmpy.__version__, "python": platform.python_version(), "numpy": np.__version__}
 
 
 def _log_columns(logs: Sequence[StepLog]) -> dict[str, np.ndarray]:

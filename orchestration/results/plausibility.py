@@ -6,10 +6,10 @@ import json
 from collections.abc import Iterator
 
 import numpy as np
-import xarray as xr
 
 from ..scene import Scene
 from ..scene.manipulator import ROD, TEMPERATURE, THERMAL, VOLTAGE
+from .table import ResultLike
 
 __all__ = ["doubtful"]
 
@@ -17,7 +17,7 @@ ZERO_CELSIUS = 273.15  # [K]
 _HOTTEST, _VELOCITY = "T_max", "tip.v"
 
 
-def doubtful(scene: Scene, result: xr.Dataset) -> list[str]:
+def doubtful(scene: Scene, result: ResultLike) -> list[str]:
     """Return one text for each limit that a result exceeds."""
     members = json.loads(result.attrs.get("members", "{}"))
     thermal, rod = scene.model(THERMAL), scene.model(ROD)
@@ -29,7 +29,7 @@ def doubtful(scene: Scene, result: xr.Dataset) -> list[str]:
     return texts
 
 
-def _temperature(result: xr.Dataset, member: str, limit: float) -> Iterator[str]:
+def _temperature(result: ResultLike, member: str, limit: float) -> Iterator[str]:
     if f"{member}.{_HOTTEST}" not in result or f"{member}.{TEMPERATURE}" not in result:
         return
     hottest = result[f"{member}.{_HOTTEST}"].to_numpy()
@@ -37,20 +37,20 @@ def _temperature(result: xr.Dataset, member: str, limit: float) -> Iterator[str]
     if beyond.size:
         row = int(beyond[0])
         tca = int(np.argmax(result[f"{member}.{TEMPERATURE}"].to_numpy()[row])) + 1
-        time, most = float(result["time"][row]), float(hottest.max()) - ZERO_CELSIUS
+        time, most = float(result["time"].to_numpy()[row]), float(hottest.max()) - ZERO_CELSIUS
         yield (
             f"{member}: TCA {tca} is hotter than {limit - ZERO_CELSIUS:g} degC from t = {time:g} s on (up to "
             f"{most:.0f} degC): its material does not stand that; lower the voltages, or set limits.temperature"
         )
 
 
-def _speed(result: xr.Dataset, member: str, limit: float) -> Iterator[str]:
+def _speed(result: ResultLike, member: str, limit: float) -> Iterator[str]:
     if f"{member}.{_VELOCITY}" not in result:
         return
     speeds = np.linalg.norm(result[f"{member}.{_VELOCITY}"].to_numpy(), axis=1)
     beyond = np.flatnonzero(speeds > limit)
     if beyond.size:
-        time, most = float(result["time"][int(beyond[0])]), float(speeds.max())
+        time, most = float(result["time"].to_numpy()[int(beyond[0])]), float(speeds.max())
         yield (
             f"{member}: the tip is faster than {limit:g} m/s from t = {time:g} s on (up to {most:.2g} m/s), so that "
             "the heat transfer from the surface is not constant; slow the motion down, or set limits.speed"

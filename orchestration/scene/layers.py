@@ -8,9 +8,8 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from ..errors import SceneError
-from ..fmi.archive import similar
-from .validation import Layer
+from ..errors import SceneError, similar
+from .layer import Layer
 
 if sys.version_info >= (3, 11):
     import tomllib

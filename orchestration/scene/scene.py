@@ -16,7 +16,7 @@ from ..cosim.settings import Coupling
 from ..cosim.topology import Connection
 from ..errors import SceneError
 from ..fmi.archive import Archive, Variable
-from . import ssp_reader, validation
+from . import validation
 from .accuracy_request import AccuracyRequest
 from .accuracy_request import read as read_accuracy_request
 from .connections import wired
@@ -230,6 +230,8 @@ def _base(
         path = folder / value
         if not value or not path.is_file():
             layer.refuse("ssp", value, f"no such file in {folder}; give the {KEYS['ssp']}")
+        from . import ssp_reader  # its parsers take long to load
+
         return ssp_reader.read(path, chosen, archive, _RESERVED)
     return load(find(chosen or "fig3", "parameters", "parameter set", folder))
 

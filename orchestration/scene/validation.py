@@ -8,15 +8,13 @@ import itertools
 import math
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
-from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any
 
 from ..cosim.signals import Constant, Impulse, Ramps, Signal, Sine, Steps, pulses
-from ..errors import SceneError
 from ..fmi import units
 from ..fmi.archive import Variable, similar
 from .columns import column_signal
+from .layer import Layer
 
 __all__ = ["SHAPES", "SIGNALS", "SIGNAL_TYPES", "TIME", "Layer", "flat", "number", "scalar", "signal"]
 
@@ -44,42 +42,6 @@ SIGNALS = ("steps", "ramps", "table", *SHAPES)
 SIGNAL_TYPES = (Constant, Steps, Ramps, Sine, Impulse)  # signals that Python hands over as they are
 _COMMA = re.compile(r"\s*[-+]?\d+,\d")
 MAX_PULSES = 100_000  # of a train: two events each, which a run steps to one by one
-MAX_SHOWN = 200  # characters of a value that a message repeats
-
-
-@dataclass(frozen=True)
-class Layer:
-    """A source of raw values: a parameter set, a scene file, an SSP archive, overrides. Later layers win."""
-
-    origin: str
-    text: str
-    raw: Mapping[str, Any]
-    numbered: bool = True  # whether the text is TOML, whose lines messages name
-    overrides: bool = False  # whether it only changes what another layer says
-    folder: Path = Path()  # that its relative paths start from
-
-    def refuse(self, key: str, value: Any, problem: str) -> NoReturn:
-        """Raise SceneError with origin, line, key, value and problem."""
-        text = repr(value)
-        text = text if len(text) <= MAX_SHOWN else f"{text[:MAX_SHOWN]}..."
-        shown = "" if value is None else f" = {text}"
-        raise SceneError(f"{self.origin}{self._line(key)}: {key}{shown}: {problem}")
-
-    def _line(self, key: str) -> str:
-        """':n' where the key (table.name[i]) is written, as far as the lines tell without parsing them."""
-        if not self.numbered:
-            return ""
-        table, _, name = key.partition(".")
-        name = re.split(r"\[\d", name)[0] if name else table
-        inside = not key.partition(".")[2]
-        for n, line in enumerate(self.text.splitlines(), 1):
-            if header := re.match(r"\s*\[+\s*([^\]]+?)\s*\]+", line):
-                inside = header[1].strip('"') == table
-                if inside and not name:
-                    return f":{n}"
-            elif inside and re.match(rf'\s*"?{re.escape(name)}(\[\d+\])?"?\s*=', line):
-                return f":{n}"
-        return ""
 
 
 def flat(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:

@@ -16,11 +16,11 @@ from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import xarray as xr
-
 from ..errors import CosimError
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from .plots import Sheet
 
 __all__ = ["BodyView", "GifImage", "ResultAccessor"]
@@ -58,7 +58,6 @@ class BodyView:
         )
 
 
-@xr.register_dataset_accessor("tca")
 class ResultAccessor:
     """Figures, animations and reports of a result."""
 

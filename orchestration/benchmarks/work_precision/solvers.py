@@ -108,7 +108,7 @@ class CoSimulation:
 
     def result(self) -> xr.Dataset:
         names: dict[str, Sequence[Variable]] = {m.name: recorded_variables(m) for m in self.scene.members}
-        return results.collect(self.scene, names, self._first, self._logs, "complete")
+        return results.collect(self.scene, names, self._first, self._logs, "complete").to_xarray()
 
     def close(self) -> None:
         self._open.close()

@@ -8,10 +8,10 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 
 import numpy as np
-import xarray as xr
 
 from ...cosim.master import StepLog
 from ...errors import CosimError
+from ...results import ResultTable
 from ...scene import Scene
 from ...simulation import OpenSimulation, open_simulation, recorded_variables
 from .hierarchy import Choice, apply_choice
@@ -60,8 +60,8 @@ class ResumableRun:
             raise
 
     @property
-    def result(self) -> xr.Dataset:
-        """The dataset of everything run so far."""
+    def result(self) -> ResultTable:
+        """The result of everything run so far."""
         return self._collected("complete")
 
     def trajectory(self, quantities: Mapping[str, Quantity], stop: float) -> Trajectory:
@@ -99,7 +99,7 @@ class ResumableRun:
                 break
         return self._passed(stop)
 
-    def _collected(self, status: str) -> xr.Dataset:
+    def _collected(self, status: str) -> ResultTable:
         assert self._ready is not None, "nothing was run"
         return self._ready.collect(self._first, self._logs, status)
 

@@ -8,11 +8,10 @@ import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
-
-import xarray as xr
+from typing import TYPE_CHECKING, Any
 
 from ... import simulation
+from ...results import ResultTable
 from ...scene import Scene
 from .dimensionless_numbers import DimensionlessNumbers, dimensionless_numbers
 from .explanation import reasons, summary
@@ -21,6 +20,9 @@ from .proposal import propose_choice
 from .reference_level import reference_choice
 from .runs import ResumableRun, RunCache
 from .search import SearchResult, coarsen, refine
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["Selection", "StatusMessage", "audit", "run_selected", "select"]
 
@@ -84,7 +86,13 @@ class Selection:
 
     def result(self, true: float | None = None) -> xr.Dataset:
         """The dataset of the chosen run; its attribute `fidelity` is record() in JSON."""
-        return self.run.result.assign_attrs(fidelity=json.dumps(self.record(true), allow_nan=False))
+        return self.table(true).to_xarray()
+
+    def table(self, true: float | None = None) -> ResultTable:
+        """The result as result() gives it, as plain arrays."""
+        table = self.run.result
+        table.attrs["fidelity"] = json.dumps(self.record(true), allow_nan=False)
+        return table
 
 
 @dataclass
@@ -163,4 +171,7 @@ def run_selected(
 
     progress is called with the time [s] of a run with given models, status with what a selection is doing. Raises what
     simulation.run and select raise."""
-    return simulation.run(scene, progress) if scene.accuracy.level == "given" else select(scene, status).result()
+    if scene.accuracy.level == "given":
+        return simulation.run(scene, progress)
+    with simulation.partial_as_dataset():
+        return select(scene, status).result()

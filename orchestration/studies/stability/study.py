@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 
 from ...parallel import Worker, serial
-from ...results.dataset import versions
+from ...results.software import versions
 from .verdict import KINDS, Verdict
 
 __all__ = ["Panel", "RowTask", "StabilityStudy", "run_study"]

@@ -201,10 +201,8 @@ def _columns(base: Scene) -> dict[str, OutputColumns]:
     columns = {}
     for member in base.members:
         variables = recorded_variables(member)
-        for name, (dims, empty, attributes) in results.arrays(
-            member.name, variables, np.empty((0, len(variables)))
-        ).items():
-            columns[name] = OutputColumns(dims[1:] if len(dims) > 1 else (), empty.shape[1:], attributes)
+        for name, array in results.arrays(member.name, variables, np.empty((0, len(variables)))).items():
+            columns[name] = OutputColumns(array.dims[1:], array.shape[1:], array.attrs)
     return columns
 
 

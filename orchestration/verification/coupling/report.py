@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from ...files import atomic_write
-from ...results.dataset import versions
+from ...results.software import versions
 from .verify import VERDICTS, Verification
 
 __all__ = ["as_json", "write_html", "write_json"]

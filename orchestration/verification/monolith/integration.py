@@ -87,7 +87,7 @@ def integrate(
 def monolith_result(scene: Scene, logs: Sequence[StepLog], tolerance: float) -> xr.Dataset:
     """The Dataset of an integration."""
     names: dict[str, Sequence[Variable]] = {m.name: recorded_variables(m) for m in scene.members}
-    dataset = results.collect(scene, names, logs[0].record, logs[1:], "complete")
+    dataset = results.collect(scene, names, logs[0].record, logs[1:], "complete").to_xarray()
     dataset.attrs["coupling"] = json.dumps(
         {"method": "monolith", "solver": f"CVODE BDF {SUNDIALS_VERSION}", "tolerance": tolerance}
     )
