@@ -126,7 +126,8 @@ def _fmu(name: str) -> str:
     with Archive(find_fmu(f"{name}.fmu")) as archive:
         parts = [
             f"## {name}.fmu",
-            f"{archive.model_description().description}. Equations, choices and limits: `documentation/index.html` in the FMU.",
+            f"{archive.model_description().description}. Equations, choices and limits: `documentation/index.html` in "
+            "the FMU.",
         ]
         for causality, title in {
             "parameter": "Parameters",

@@ -19,7 +19,13 @@ COMMANDS: dict[str, dict[str, str]] = {
     "Simulate": {"new": "new", "run": "run", "list": "scenes", "explain": "explain", "export": "export"},
     "Look at results": {"report": "report", "animate": "animate"},
     "Verify": {"verify": "verify", "monolith": "monolith", "reference": "reference", "paper": "paper"},
-    "Study": {"sweep": "sweep", "select": "select", "modes": "modes", "linearise": "linearise", "stability": "stability"},
+    "Study": {
+        "sweep": "sweep",
+        "select": "select",
+        "modes": "modes",
+        "linearise": "linearise",
+        "stability": "stability",
+    },
     "Benchmark": {"timing": "timing", "chart": "chart", "halving": "halving", "peers": "peers"},
 }
 
