@@ -117,6 +117,16 @@ def test_systems_of_other_documents(reading: Reader) -> None:
         reading(ssd(system(TARGET + itself)))
 
 
+def test_prefixes_without_a_namespace_are_named(reading: Reader) -> None:
+    text = ssd(system(PAIR, WIRE)).replace("xmlns:ssd=", "xmlns:sdd=")
+    with pytest.raises(tca.SceneError, match=r"ssd.*(not defined|has no namespace; declare xmlns:ssd)"):
+        reading(text)
+    inner = ssd(system(PAIR, WIRE, more=binding("").replace("/>", ">").replace(' source=""', "")), version="2.0")
+    text = inner.replace("</ssd:ParameterBinding>", "<lost:Set/></ssd:ParameterBinding>")
+    with pytest.raises(tca.SceneError, match=r"lost.*(not defined|has no namespace; declare xmlns:lost)"):
+        reading(text)
+
+
 def test_a_package_as_component_runs_as_a_folder_of_the_archive(reading: Reader) -> None:
     """The remedy of the refusal: unpacked into a folder, whose SSD has sources relative to itself."""
     inner = component("src", "resources/src.fmu", connector("y", "output"), binding("../all%20of%20it.ssv"))

@@ -158,6 +158,10 @@ class SSPArchive:
             )
         except Exception as error:  # the many ways of zipfile and lxml to say that a file cannot be read
             self.refuse(entry, f"is not readable XML: {error}")
+        for element in root.iter(etree.Element):
+            if ":" in str(element.tag).rpartition("}")[2]:  # libxml2 takes an undeclared prefix for a part of the name
+                prefix = str(element.tag).partition(":")[0]
+                self.refuse(entry, f"prefix {prefix!r} of {element.tag} has no namespace; declare xmlns:{prefix}")
         if local_name(root) != root_name:
             self.refuse(entry, f"root element {local_name(root)}: an SSP document of this kind has {root_name}")
         if etree.QName(root).namespace not in SPACES.values():

@@ -13,75 +13,110 @@ namespace {
 using Eigen::MatrixXd;
 using SparseMatrix = Eigen::SparseMatrix<double>;
 
-constexpr std::array<double, 4> kFrequencies{0.0, 1e2, 1e4, 1e5};  // in units of the slowest rate
-using Responses = std::array<MatrixXd, kFrequencies.size()>;
+constexpr std::array<double, 3> kFrequencies{1e2, 1e4, 1e5};  // of dynamic responses, in units of the slowest rate
 
-/// loads' (stiffness + s mass)^-1 loads, in units of the reference rise of the TCA that heats most. An insulated
-/// section is not compared at s = 0, where the response is 1/(h S) whatever the mesh.
-Responses responses(HeatMatrices& m) {
-  MatrixXd loads = m.loads;
-  Responses result;
-  double steady_rise = 0.0, slowest = 0.0;
-  Eigen::SimplicialLDLT<SparseMatrix> factor;
-  factor.analyzePattern(m.stiffness);
-  SparseMatrix shifted = m.stiffness;
-  for (std::size_t k = 0; k < kFrequencies.size(); ++k) {
-    shifted = m.stiffness;
-    shifted.diagonal() += kFrequencies[k] * slowest * m.mass;
-    factor.factorize(shifted);
-    result[k] = loads.transpose() * factor.solve(loads);
-    if (k == 0) {
-      Eigen::Index hottest = 0;
-      steady_rise = result[0].diagonal().head(kTcas).maxCoeff(&hottest);
-      const double above = steady_rise - result[0](kChannels - 1, hottest) / m.surface_conductance;
-      if (is_insulated(steady_rise, above)) {
-        result[0].setZero();
-        m.is_insulated = true;
-        steady_rise =
-            kSurfaceShare * (m.loads.leftCols(kTcas).transpose() * rises_above_surface(m)).diagonal().maxCoeff();
-      } else {
-        steady_rise = reference_rise(steady_rise, above);
-      }
-      slowest = 1.0 / (steady_rise * m.mass.sum());
-      // The surroundings' channel so that its own response counts like a TCA's.
-      result[0].row(kChannels - 1) *= std::sqrt(steady_rise / m.surface_conductance);
-      result[0].col(kChannels - 1) *= std::sqrt(steady_rise / m.surface_conductance);
-      loads.col(kChannels - 1) *= std::sqrt(steady_rise / m.surface_conductance);
-    }
-  }
-  for (MatrixXd& each : result) each /= steady_rise;
-  return result;
+/// What responses of all orders are measured in. One order's own response as its unit would hide that response's error.
+struct Units {
+  double rise = 0.0;     // reference rise of the TCA that heats most [K/W]
+  double slowest = 0.0;  // rate [1/s]
+  bool is_insulated = false;
+};
+
+Units units_of(const HeatMatrices& m) {
+  Units units;
+  const Eigen::SimplicialLDLT<SparseMatrix> factor(m.stiffness);
+  const MatrixXd steady = m.loads.transpose() * factor.solve(m.loads.leftCols(kTcas));
+  Eigen::Index hottest = 0;
+  const double rise = steady.topRows(kTcas).diagonal().maxCoeff(&hottest);
+  const double above = rise - steady(kChannels - 1, hottest) / m.surface_conductance;
+  units.is_insulated = is_insulated(rise, above);
+  units.rise =
+      units.is_insulated
+          ? kSurfaceShare * (m.loads.leftCols(kTcas).transpose() * rises_above_surface(m)).diagonal().maxCoeff()
+          : reference_rise(rise, above);
+  units.slowest = 1.0 / (units.rise * m.mass.sum());
+  return units;
 }
 
-double change(const Responses& a, const Responses& b) {
-  double largest = 0.0;
-  for (std::size_t k = 0; k < a.size(); ++k) {
-    largest = std::max(largest, (a[k] - b[k]).topRows(kTcas).cwiseAbs().maxCoeff());
+/// The TCAs' part of loads' (stiffness + s mass)^-1 loads, (TCAs) x (TCAs, surroundings), in the reference rise.
+class Response {
+ public:
+  Response(const HeatMatrices& matrices, const Units& units) : m_(matrices), units_(units), loads_(matrices.loads) {
+    loads_.col(kChannels - 1) *= std::sqrt(units.rise / m_.surface_conductance);  // so that it counts like a TCA's
+    factor_.analyzePattern(m_.stiffness);
   }
-  return largest;
-}
+
+  /// An insulated section's is not compared: 1/(h S) whatever the mesh.
+  MatrixXd steady() { return units_.is_insulated ? MatrixXd::Zero(kTcas, kChannels).eval() : at(0.0); }
+
+  /// Those of all frequencies, side by side.
+  MatrixXd dynamic() {
+    MatrixXd all(kTcas, kChannels * kFrequencies.size());
+    for (std::size_t k = 0; k < kFrequencies.size(); ++k)
+      all.middleCols(static_cast<Eigen::Index>(k) * kChannels, kChannels) = at(kFrequencies[k] * units_.slowest);
+    return all;
+  }
+
+ private:
+  MatrixXd at(double s) {
+    SparseMatrix shifted = m_.stiffness;
+    shifted.diagonal() += s * m_.mass;
+    factor_.factorize(shifted);
+    return m_.loads.leftCols(kTcas).transpose() * factor_.solve(loads_) / units_.rise;
+  }
+
+  const HeatMatrices& m_;
+  const Units& units_;
+  MatrixXd loads_;
+  Eigen::SimplicialLDLT<SparseMatrix> factor_;
+};
+
+/// Changes of a response from order to order, taken for a geometric series.
+class Changes {
+ public:
+  void add(MatrixXd response) {
+    const double change = last_.size() > 0 ? (response - last_).cwiseAbs().maxCoeff() : 0.0;
+    ratio_ = change_ > 0.0 ? std::min(kSlowest, change / change_) : kFirst;
+    least_ = change_ > 0.0 ? kLeast : kFirst;
+    change_ = change;
+    last_ = std::move(response);
+  }
+  double error_before() const { return change_ / (1.0 - ratio_); }
+  double error() const { return error(ratio_); }
+  double cautious_error() const { return error(std::max(ratio_, least_)); }
+
+ private:
+  // Ratio of a change to the one before it: of the first change; the least that later ones are expected to be, since
+  // where walls are thin it is 0.1 at order 4 and 0.4 at order 5; the largest that is taken.
+  static constexpr double kFirst = 0.3, kLeast = 0.4, kSlowest = 0.95;
+
+  double error(double ratio) const { return change_ * ratio / (1.0 - ratio); }
+
+  MatrixXd last_;
+  double change_ = 0.0, ratio_ = kFirst, least_ = kFirst;
+};
 
 }  // namespace
 
 core::Result<HeatMatrices> resolved_matrices(const Parameters& parameters) {
-  core::Result<HeatMatrices> coarsest = heat_matrices(parameters, kLeastOrder - 1);
-  if (!coarsest.status.is_ok()) return coarsest;
-  Responses before = responses(coarsest.value);
-  double ratio = 0.1;  // of changes from order to order, until two are known; typical
-  double change_before = 0.0;
-  for (int order = kLeastOrder;; ++order) {
-    core::Result<HeatMatrices> matrices = heat_matrices(parameters, order);
-    if (!matrices.status.is_ok()) return matrices;
-    Responses here = responses(matrices.value);
-    const double change_here = change(here, before);
-    if (change_before > 0.0) ratio = std::min(0.95, change_here / change_before);
-    const double changes_to_come = change_here * ratio / (1.0 - ratio);  // geometric series
-    if (changes_to_come <= parameters.tolerance || order == kHighestOrder) {
-      matrices.value.error = changes_to_come;
-      return matrices;
+  core::Result<HeatMatrices> coarser;
+  Units units;
+  Changes steady, dynamic;
+  for (int order = kLeastOrder - 1;; ++order) {
+    core::Result<HeatMatrices> here = heat_matrices(parameters, order);
+    if (!here.status.is_ok()) return here;
+    if (order < kLeastOrder) units = units_of(here.value);
+    here.value.is_insulated = units.is_insulated;
+    Response response(here.value, units);
+    steady.add(response.steady());
+    if (order > kLeastOrder) {
+      coarser.value.error = std::max(steady.error_before(), dynamic.error());
+      if (coarser.value.error <= parameters.tolerance) return coarser;
     }
-    before = std::move(here);
-    change_before = change_here;
+    dynamic.add(response.dynamic());
+    here.value.error = std::max(steady.cautious_error(), dynamic.error());
+    if (order >= kLeastOrder && (here.value.error <= parameters.tolerance || order == kHighestOrder)) return here;
+    coarser = std::move(here);
   }
 }
 
