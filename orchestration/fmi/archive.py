@@ -28,7 +28,7 @@ from .vectors import Vector, find_vectors
 if TYPE_CHECKING:
     from fmpy.model_description import ModelDescription
 
-__all__ = ["Archive", "Value", "Variable", "cached_archive", "find_fmu", "similar"]
+__all__ = ["Archive", "Value", "Variable", "cached_archive", "find_fmu", "library_path", "shipped_folders", "similar"]
 
 MAX_PREFIX = 40  # characters of an FMU's name in that of its folder: file systems allow 255 bytes in all
 # FMUs of these tools keep no state outside their instances, so that instances may share one loaded library.
@@ -190,6 +190,11 @@ def library_path(folder: Path, identifier: str) -> Path:
     return folder / "binaries" / fmi2.PLATFORM / f"{identifier}{fmi2.LIBRARY_ENDING}"
 
 
+def shipped_folders() -> list[Path]:
+    """Return the folders where FMUs and the engine of this package may lie: of a wheel, and of a source tree."""
+    return [Path(str(resources.files(__package__.rpartition(".")[0]))) / "_fmus", Path(__file__).parents[2] / "fmus"]
+
+
 def find_fmu(name: str, near: Path | None = None) -> Path:
     """Return the file of an FMU.
 
@@ -205,8 +210,7 @@ def find_fmu(name: str, near: Path | None = None) -> Path:
     SceneError
         There is none.
     """
-    shipped = [Path(str(resources.files(__package__.rpartition(".")[0]))) / "_fmus", Path(__file__).parents[2] / "fmus"]
-    folders = [near or Path.cwd(), *shipped]
+    folders = [near or Path.cwd(), *shipped_folders()]
     for folder in folders:
         with contextlib.suppress(OSError):  # a name too long for the file system is no file
             if containing_file(folder / name).is_file():

@@ -106,6 +106,11 @@ class Slave(Instance):
         self._accepted = accepted
         return accepted
 
+    @property
+    def accepted_order(self) -> int:
+        """Highest order of input derivatives that accepted_input_order() found."""
+        return self._accepted if self.takes_polynomials else 0
+
     def close(self) -> None:
         """Release everything. May be called twice."""
         if self._loaded and self._begun and not self._dead:

@@ -1,0 +1,83 @@
+/* C interface of the engine: scenes without algebraic loops, run many times in one call, one instance of every FMU per
+   thread. Plain arrays in and out; rows of inputs and outputs are those of the Python package (tca_cosim.batch).
+
+   A member's inputs over a step are polynomials c0 + c1 s + c2 s^2/2 + c3 s^3/6 of the time s since its start. */
+#ifndef TCA_ENGINE_H
+#define TCA_ENGINE_H
+
+#include <stddef.h>
+
+#ifdef _WIN32
+#define TCA_EXPORT __declspec(dllexport)
+#else
+#define TCA_EXPORT __attribute__((visibility("default")))
+#endif
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum { TCA_CONSTANT, TCA_LINE, TCA_PARABOLA, TCA_CUBIC }; /* polynomials of a connected input, by degree */
+
+typedef struct {
+  size_t source, output; /* member and index of its output */
+  size_t input;          /* index of the target's input */
+  int method;            /* one of the above */
+} TcaLink;
+
+typedef struct {
+  size_t size;
+  const unsigned* references;
+  const void* values; /* double, int or const char*, as the function that sets them takes them */
+} TcaValues;
+
+typedef struct {
+  const char *name, *library, *guid, *resources;
+  TcaValues reals, integers, booleans, strings; /* parameters of all runs */
+  size_t varied;                                /* parameters of each run, all Real */
+  const unsigned* varied_references;
+  const size_t* varied_columns; /* in the table of parameters */
+  size_t inputs, outputs, recorded;
+  const unsigned *input_references, *output_references, *recorded_references;
+  size_t links;
+  const TcaLink* link;
+  int needs_rates;  /* whether time derivatives of the outputs are used */
+  int input_degree; /* highest order of input derivatives that the FMU takes */
+} TcaMember;
+
+typedef struct {
+  size_t members;
+  const TcaMember* member;       /* in the order of a step: sources before targets */
+  double start, stop, tolerance; /* [s], [s], relative; tolerance 0: each FMU's own */
+  size_t steps;
+  const double *times, *lengths; /* (steps) start and length of each step [s] */
+  const double* ends;            /* (steps) [s] */
+  const unsigned char* events;   /* (steps) whether inputs jump at the end of the step */
+  const double* polynomials;     /* (steps, 4, inputs of all members): of signals, 0 elsewhere */
+  const double* starts;          /* (steps + 1, 2, inputs of all members): values and slopes after each event */
+  size_t driven;                 /* inputs that each run has of its own, held over a step */
+  const size_t* driven_columns;  /* among the inputs of all members */
+} TcaPlan;
+
+/* Runs a plan `runs` times.
+   parameters: (runs, columns); inputs: (runs, steps, driven) or null; outputs: (runs, steps + 1, recorded of all
+   members), the first row at the start; failures: (runs, length) texts, empty where a run succeeded.
+   Returns the number of runs that failed, or -1 where no instance can be made: the reason is the first text. */
+TCA_EXPORT int tca_batch(const TcaPlan* plan, size_t runs, size_t columns, const double* parameters,
+                         const double* inputs, double* outputs, size_t threads, char* failures, size_t length);
+
+typedef struct {
+  size_t steps, misses, allocations; /* of the steps counted; allocations: calls of the C library's allocator in them */
+  double period, worst, worst_lateness; /* [s]; lateness: of the beginning of a step after its due time */
+  int locked, scheduled;                /* whether memory is locked, and whether the thread has a real-time priority */
+} TcaTimes;
+
+/* Runs a plan once, each step when it is due: step k at k times `period` [s] after the start, or at once where period
+   is 0. durations: (steps) [s] of each step's computation, or null. Returns 0, or -1 with the reason. */
+TCA_EXPORT int tca_realtime(const TcaPlan* plan, size_t columns, const double* parameters, double period,
+                            double* outputs, double* durations, TcaTimes* times, char* failure, size_t length);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

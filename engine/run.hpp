@@ -1,0 +1,38 @@
+// A plan in one thread: instances of all members, which one run after another uses.
+#pragma once
+
+#include <memory>
+
+#include "member.hpp"
+
+namespace engine {
+
+class Run {
+ public:
+  explicit Run(const TcaPlan& plan);  // instantiates every FMU; throws std::runtime_error
+
+  // Each returns whether it succeeded; outputs: row of what all members record.
+  bool begin(const double* parameters, const double* inputs, double* outputs);
+  bool step(size_t k, double* outputs);
+
+  const std::string& failure() const { return failure_; }
+  size_t width() const { return width_; }  // columns of a row of outputs
+
+ private:
+  bool report(const char* what, const Member& member);
+  bool arrive(size_t row, double time);
+  bool record(double* outputs);
+  void set_signals(size_t row);
+  double driven(size_t k, size_t column, double otherwise) const;
+
+  const TcaPlan& plan_;
+  std::vector<std::unique_ptr<Member>> members_;
+  std::vector<size_t> first_;  // number of the first input of each member, among those of all
+  std::vector<long> own_;      // column of a run's own inputs for each of them; -1: none
+  size_t inputs_ = 0, width_ = 0;
+  const double* of_run_ = nullptr;  // (steps, driven) inputs of this run
+  bool used_ = false;
+  std::string failure_;
+};
+
+}  // namespace engine

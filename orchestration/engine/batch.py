@@ -1,0 +1,147 @@
+"""Many runs of one scene in one call of the engine: threads, one instance of every FMU in each, no Python in the loop."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..errors import SceneError, SubsystemError
+from ..scene import Scene
+from .binding import library
+from .plan import EnginePlan
+
+__all__ = ["BatchResult", "run_batch", "run_plan"]
+
+MAX_FAILURE = 1000  # characters of the text of a failure
+
+
+@dataclass(frozen=True, eq=False)
+class BatchResult:
+    """Outputs of many runs.
+
+    Attributes
+    ----------
+    times : ndarray, shape (steps + 1,)
+        Start and ends of the macro steps [s].
+    initial : ndarray, shape (runs, n_y)
+        Outputs at the start.
+    outputs : ndarray, shape (runs, steps, n_y)
+        Outputs at the end of every macro step, in their own units; nan in runs that failed.
+    failures : tuple of str, length runs
+        Why a run failed; empty where it did not.
+    columns : dict of str to slice
+        Name of an output -> its columns.
+    """
+
+    times: np.ndarray
+    initial: np.ndarray
+    outputs: np.ndarray
+    failures: tuple[str, ...]
+    columns: Mapping[str, slice] = field(repr=False)
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        """Return one output (runs, steps, elements)."""
+        values: np.ndarray = self.outputs[:, :, self.columns[name]]
+        return values
+
+
+def run_batch(
+    scene: Scene,
+    parameters: Mapping[str, Sequence[float] | np.ndarray] | None = None,
+    inputs: Mapping[str, np.ndarray] | None = None,
+    outputs: Sequence[str] = ("rod.tip.p",),
+    threads: int | None = None,
+) -> BatchResult:
+    """Run a scene many times.
+
+    Parameters
+    ----------
+    scene
+        A scene without algebraic loops (rod.closure = 'inside'), with macro steps of one length and FMUs of this
+        project.
+    parameters
+        Name 'member.parameter' -> values (runs,) in the parameter's unit; a vector has one value for all elements.
+    inputs
+        Name 'member.input' -> values (runs, steps), or (runs, steps, n) for a vector of n, held over each macro step.
+        Inputs that are not given follow the scene.
+    outputs
+        Names of Real inputs and outputs, vectors whole.
+    threads
+        Number of threads; default: one for each core.
+
+    Raises
+    ------
+    SceneError
+        The engine cannot run the scene, a name is not known, or shapes do not fit.
+    SubsystemError
+        No instance of an FMU can be made.
+    """
+    parameters, inputs = dict(parameters or {}), dict(inputs or {})
+    plan = EnginePlan.of(scene, list(parameters), list(inputs), outputs)
+    counts = {len(values) for values in (*parameters.values(), *inputs.values())}
+    if len(counts) != 1:
+        raise SceneError(
+            f"{scene.name}: give parameters or inputs, all for one number of runs; given: {sorted(counts)}"
+        )
+    (runs,) = counts
+    table = np.column_stack(
+        [np.zeros((runs, 0)), *(np.asarray(v, dtype=float).reshape(runs, 1) for v in parameters.values())]
+    )
+    courses = None
+    if inputs:
+        steps = plan.times.size - 1
+        try:
+            parts = [np.asarray(values, dtype=float).reshape(runs, steps, -1) for values in inputs.values()]
+            courses = np.concatenate(parts, axis=2)
+        except ValueError as error:
+            raise SceneError(f"{scene.name}: inputs have {runs} runs of {steps} macro steps each: {error}") from error
+        if courses.shape[2] != len(plan.inputs):
+            raise SceneError(f"{scene.name}: inputs have {len(plan.inputs)} columns, {', '.join(plan.inputs)}")
+    rows, failures = run_plan(plan, table, courses, threads)
+    return BatchResult(plan.times, rows[:, 0], rows[:, 1:], failures, plan.outputs)
+
+
+def run_plan(
+    plan: EnginePlan, table: np.ndarray, courses: np.ndarray | None = None, threads: int | None = None
+) -> tuple[np.ndarray, tuple[str, ...]]:
+    """Run a plan with a table (runs, parameters) and inputs (runs, steps, n_u); return rows (runs, steps + 1, n_y) and
+    texts of failures.
+
+    Raises
+    ------
+    SceneError
+        A number is not finite.
+    SubsystemError
+        No instance of an FMU can be made.
+    """
+    for what, values in (("parameters", table), ("inputs", courses)):
+        if values is not None and not np.isfinite(values).all():
+            raise SceneError(f"{plan.scene.name}: {what} have numbers that are not finite; give finite ones")
+    runs = len(table)
+    rows = np.empty((runs, plan.times.size, plan.width))
+    texts = ctypes.create_string_buffer(max(runs, 1) * MAX_FAILURE)
+    array = ctypes.POINTER(ctypes.c_double)
+    table = np.ascontiguousarray(table, dtype=float)
+    courses = None if courses is None else np.ascontiguousarray(courses, dtype=float)
+    failed = library().tca_batch(
+        ctypes.byref(plan.structure),
+        runs,
+        table.shape[1],
+        table.ctypes.data_as(array),
+        None if courses is None else courses.ctypes.data_as(array),
+        rows.ctypes.data_as(array),
+        threads or len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else threads or os.cpu_count() or 1,
+        texts,
+        MAX_FAILURE,
+    )
+    said = [
+        texts.raw[k * MAX_FAILURE : (k + 1) * MAX_FAILURE].split(b"\0")[0].decode("utf-8", "replace")
+        for k in range(runs)
+    ]
+    if failed < 0:
+        raise SubsystemError(said[0] if said else "no instance can be made")
+    return rows, tuple(said)

@@ -1,0 +1,101 @@
+"""The C interface of the engine (engine/engine.h) by ctypes."""
+
+from __future__ import annotations
+
+import ctypes
+from ctypes import POINTER, c_char_p, c_double, c_int, c_size_t, c_ubyte, c_uint, c_void_p
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from ..errors import CosimError
+from ..fmi.archive import shipped_folders
+from ..fmi.fmi2 import LIBRARY_ENDING
+
+__all__ = ["Link", "Member", "Plan", "Times", "Values", "library"]
+
+NAME = f"tca_engine{LIBRARY_ENDING}"
+
+
+class Link(ctypes.Structure):
+    """TcaLink."""
+
+    _fields_ = (("source", c_size_t), ("output", c_size_t), ("input", c_size_t), ("method", c_int))
+
+
+class Values(ctypes.Structure):
+    """TcaValues."""
+
+    _fields_ = (("size", c_size_t), ("references", POINTER(c_uint)), ("values", c_void_p))
+
+
+class Member(ctypes.Structure):
+    """TcaMember."""
+
+    _fields_ = (
+        *((name, c_char_p) for name in ("name", "library", "guid", "resources")),
+        *((name, Values) for name in ("reals", "integers", "booleans", "strings")),
+        ("varied", c_size_t),
+        ("varied_references", POINTER(c_uint)),
+        ("varied_columns", POINTER(c_size_t)),
+        *((name, c_size_t) for name in ("inputs", "outputs", "recorded")),
+        *((name, POINTER(c_uint)) for name in ("input_references", "output_references", "recorded_references")),
+        ("links", c_size_t),
+        ("link", POINTER(Link)),
+        ("needs_rates", c_int),
+        ("input_degree", c_int),
+    )
+
+
+class Plan(ctypes.Structure):
+    """TcaPlan."""
+
+    _fields_ = (
+        ("members", c_size_t),
+        ("member", POINTER(Member)),
+        *((name, c_double) for name in ("start", "stop", "tolerance")),
+        ("steps", c_size_t),
+        *((name, POINTER(c_double)) for name in ("times", "lengths", "ends")),
+        ("events", POINTER(c_ubyte)),
+        *((name, POINTER(c_double)) for name in ("polynomials", "starts")),
+        ("driven", c_size_t),
+        ("driven_columns", POINTER(c_size_t)),
+    )
+
+
+class Times(ctypes.Structure):
+    """TcaTimes."""
+
+    _fields_ = (
+        *((name, c_size_t) for name in ("steps", "misses", "allocations")),
+        *((name, c_double) for name in ("period", "worst", "worst_lateness")),
+        ("locked", c_int),
+        ("scheduled", c_int),
+    )
+
+
+@lru_cache(maxsize=1)
+def library() -> Any:
+    """Load the engine.
+
+    Raises
+    ------
+    CosimError
+        It is not there, or not for this machine.
+    """
+    path = next((folder / NAME for folder in shipped_folders() if (folder / NAME).is_file()), None)
+    if path is None:
+        raise CosimError(
+            f"the engine {NAME} is not installed in {', '.join(map(str, shipped_folders()))}; run `make fmus`, or "
+            "install the package again"
+        )
+    try:
+        loaded = ctypes.CDLL(str(Path(path).resolve()))
+    except OSError as error:
+        raise CosimError(
+            f"{path} cannot be loaded here: {error}; build it for this machine with `make fmus`"
+        ) from error
+    array = POINTER(c_double)
+    batch = (POINTER(Plan), c_size_t, c_size_t, array, array, array, c_size_t, c_char_p, c_size_t)
+    loaded.tca_batch.argtypes, loaded.tca_batch.restype = batch, c_int
+    return loaded
