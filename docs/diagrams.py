@@ -23,6 +23,7 @@ LAYERS: tuple[tuple[tuple[str, str], ...], ...] = (
     (("visualization", "report, animation, plots"),),
     (("benchmarks", "speed against accuracy, profile"),),
     (("verification", "monolith, independent reference"), ("studies", "model selection, sweep, stability")),
+    (("engine", "many runs in C++"),),
     (("simulation", "a scene, run"),),
     (("results", "dataset, comparison, provenance"),),
     (("scene", "TOML and SSP, checked"),),

@@ -16,6 +16,7 @@ from .visualization.registration import register as _register
 
 if TYPE_CHECKING:
     from .api import Overrides, read, run
+    from .engine import BatchResult, run_batch
     from .errors import CosimError, CouplingError, FmuWarning, Interrupted, SceneError, SceneWarning, SubsystemError
     from .results import write
     from .results.software import __version__
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from .visualization.accessor import BodyView, GifImage, ResultAccessor
 
 __all__ = [
+    "BatchResult",
     "BodyView",
     "CosimError",
     "Coupling",
@@ -41,6 +43,7 @@ __all__ = [
     "__version__",
     "read",
     "run",
+    "run_batch",
     "titles",
     "write",
 ]
@@ -62,6 +65,7 @@ _HOMES = {
     **dict.fromkeys(("Coupling", "Scene", "titles"), "scene"),
     **dict.fromkeys(("BodyView", "GifImage", "ResultAccessor"), "visualization.accessor"),
     "__version__": "results.software",
+    **dict.fromkeys(("BatchResult", "run_batch"), "engine"),
     "Simulation": "stepping",
     "write": "results",
 }

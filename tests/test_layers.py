@@ -16,6 +16,7 @@ ORDER = (
     ("scene",),
     ("results",),
     ("simulation",),
+    ("engine",),
     ("verification", "studies"),
     ("benchmarks",),
     ("visualization",),

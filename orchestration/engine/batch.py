@@ -1,4 +1,7 @@
-"""Many runs of one scene in one call of the engine: threads, one instance of every FMU in each, no Python in the loop."""
+"""Many runs of one scene in one call of the engine.
+
+It has threads, one instance of every FMU in each, and no Python in the loop.
+"""
 
 from __future__ import annotations
 
@@ -14,9 +17,14 @@ from ..scene import Scene
 from .binding import library
 from .plan import EnginePlan
 
-__all__ = ["BatchResult", "run_batch", "run_plan"]
+__all__ = ["BatchResult", "cores", "run_batch", "run_plan"]
 
 MAX_FAILURE = 1000  # characters of the text of a failure
+
+
+def cores() -> int:
+    """Return the number of cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,8 +116,23 @@ def run_batch(
 def run_plan(
     plan: EnginePlan, table: np.ndarray, courses: np.ndarray | None = None, threads: int | None = None
 ) -> tuple[np.ndarray, tuple[str, ...]]:
-    """Run a plan with a table (runs, parameters) and inputs (runs, steps, n_u); return rows (runs, steps + 1, n_y) and
-    texts of failures.
+    """Run a plan.
+
+    Parameters
+    ----------
+    plan
+        What is run.
+    table : ndarray, shape (runs, parameters)
+        Values of the parameters.
+    courses : ndarray, shape (runs, steps, n_u), or None
+        Inputs, held over each step.
+    threads
+        Number of threads; default: one for each core.
+
+    Returns
+    -------
+    tuple
+        Outputs (runs, steps + 1, n_y) at the start and the ends of the steps, and the texts of failures (runs,).
 
     Raises
     ------
@@ -134,7 +157,7 @@ def run_plan(
         table.ctypes.data_as(array),
         None if courses is None else courses.ctypes.data_as(array),
         rows.ctypes.data_as(array),
-        threads or len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else threads or os.cpu_count() or 1,
+        threads or cores(),
         texts,
         MAX_FAILURE,
     )

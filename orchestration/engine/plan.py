@@ -127,9 +127,8 @@ class _Builder:
             for name in (name for name in recorded if name.partition(".")[0] == member.name):
                 columns[name] = slice(begin, begin + len(recorded[name]))
                 begin += len(recorded[name])
-        structures = [
-            self._member(k, varied, [n for base in columns for n in recorded[base]]) for k in range(len(self.nodes))
-        ]
+        shown = [name for base in columns for name in recorded[base]]
+        structures = [self._member(number, varied, shown) for number in range(len(self.nodes))]
         steps = self._steps(bool(driven))
         times, lengths, ends, events = (np.array(column) for column in zip(*steps, strict=True))
         structure = binding.Plan(

@@ -1,0 +1,115 @@
+"""The engine: many runs in one call give the master's numbers, failures stay with their run, mistakes are named."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import tca_cosim as tca
+from tca_cosim.engine import binding, plan
+
+LOOSE = ["rod.closure=inside", "rod.order=0", "coupling.macro_step=1 s", "thermal.tolerance=1e-3", "rod.tolerance=1e-3"]
+OUTPUTS = ["rod.tip.p", "thermal.T", "thermal.V", "rod.energy.tca"]
+
+
+def agree(batch: tca.BatchResult, k: int, alone: object, outputs: list[str]) -> None:
+    """Run k of a batch is a run of its own, but for products of matrices, which numpy leaves to another library."""
+    assert batch.failures[k] == ""
+    assert np.array_equal(batch.times, alone["time"])
+    for name in outputs:
+        values = alone[name].to_numpy().reshape(len(batch.times), -1)
+        scale = np.ptp(values) or np.abs(values).max()
+        np.testing.assert_allclose(batch[name][k], values[1:], rtol=0.0, atol=1e-12 * scale)
+        np.testing.assert_allclose(batch.initial[k, batch.columns[name]], values[0], rtol=0.0, atol=1e-12 * scale)
+
+
+@pytest.mark.parametrize(
+    ("name", "overrides"),
+    [
+        ("step", [*LOOSE, "stop_time=6"]),
+        ("sine", ["rod.closure=inside", "stop_time=2"]),  # cubics in time
+        ("switch", ["rod.closure=inside", "stop_time=12"]),  # events
+        ("jump", ["rod.closure=inside", "stop_time=9"]),  # an event between macro steps
+        ("drop", ["stop_time=0.1"]),  # dynamics
+        ("step", [*LOOSE, "coupling.exchange=quadratic", "stop_time=6"]),
+        ("sine", ["rod.closure=inside", "coupling.exchange=linear", "stop_time=2"]),
+        ("sine", ["rod.closure=inside", "coupling.exchange=held", "stop_time=2"]),
+        ("step", [*LOOSE, "coupling.macro_step=0.7 s", "stop_time=2"]),  # a shorter last step
+    ],
+)
+def test_every_run_is_the_masters(name: str, overrides: list[str]) -> None:
+    scene = tca.read(name, overrides)
+    parameters = {"rod.body.E": np.array([37800.0, 45000.0, 33000.0]), "thermal.tca.R": np.array([6.9, 7.2, 6.5])}
+    outputs = ["rod.tip.p", "thermal.T"]
+    batch = tca.run_batch(scene, parameters, outputs=outputs, threads=2)
+    assert batch.outputs.shape == (3, len(batch.times) - 1, 6)
+    for k in range(3):
+        agree(batch, k, tca.run(scene, {key: float(values[k]) for key, values in parameters.items()}), outputs)
+
+
+def test_inputs_of_each_run_are_held_over_its_steps() -> None:
+    scene = tca.read("step", [*LOOSE, "stop_time=5"])
+    volts = np.random.default_rng(1).uniform(0.0, 3.0, (4, 5, 3))
+    volts[2, 1:3] = volts[2, 0]  # an input that stays as it is
+    batch = tca.run_batch(scene, inputs={"thermal.V": volts}, outputs=["rod.tip.p", "thermal.T", "thermal.V"])
+    assert np.array_equal(batch["thermal.V"], volts)
+    for k in (0, 2):
+        steps = {
+            f"thermal.V[{i + 1}]": {"steps": [[float(t), float(volts[k, t, i])] for t in range(5)]} for i in range(3)
+        }
+        agree(batch, k, tca.run(scene, steps), ["rod.tip.p", "thermal.T"])
+
+
+def test_any_number_of_threads_and_the_order_of_runs_change_nothing() -> None:
+    """An instance that has run is reset to what a new one is."""
+    scene = tca.read("step", [*LOOSE, "stop_time=3"])
+    parameters = {"thermal.h": np.linspace(15.0, 25.0, 7), "rod.body.E": np.linspace(3e4, 5e4, 7)}
+    one, many = (tca.run_batch(scene, parameters, threads=threads) for threads in (1, 3))
+    assert np.array_equal(one.outputs, many.outputs)
+    turned = tca.run_batch(scene, {name: values[::-1] for name, values in parameters.items()}, threads=1)
+    assert np.array_equal(one.outputs, turned.outputs[::-1])
+
+
+def test_a_run_that_fails_leaves_the_others_alone() -> None:
+    scene = tca.read("step", [*LOOSE, "stop_time=3"])
+    good = tca.run_batch(scene, {"rod.body.E": np.array([37800.0])})
+    batch = tca.run_batch(scene, {"rod.body.E": np.array([37800.0, -1.0, 37800.0])}, threads=1)
+    assert "rod: " in batch.failures[1]
+    assert "body.E" in batch.failures[1]
+    assert np.isnan(batch.outputs[1]).all()
+    for k in (0, 2):
+        assert batch.failures[k] == ""
+        assert np.array_equal(batch.outputs[k], good.outputs[0])
+
+
+@pytest.mark.parametrize(
+    ("name", "overrides", "arguments", "said"),
+    [
+        ("step", [], {"parameters": {"rod.body.E": [1.0]}}, r"algebraic loop.*rod.closure = 'inside'"),
+        ("step", [*LOOSE, "coupling.control=doubling"], {"parameters": {"rod.body.E": [1.0]}}, "coupling.control"),
+        ("step", LOOSE, {"parameters": {"rod.body.Ee": [1.0]}}, "no Real parameter"),
+        ("step", LOOSE, {"parameters": {"rot.body.E": [1.0]}}, "no such FMU"),
+        ("step", LOOSE, {"parameters": {"rod.body.E": [np.nan]}}, "not finite"),
+        ("step", LOOSE, {"parameters": {"rod.body.E": [1.0, 2.0], "rod.tca.E": [1.0]}}, "one number of runs"),
+        ("step", LOOSE, {}, "one number of runs"),
+        ("step", LOOSE, {"inputs": {"rod.T": np.zeros((1, 30, 3))}}, "fed by another FMU"),
+        ("step", LOOSE, {"inputs": {"thermal.V": np.zeros((1, 7, 3))}}, "30 macro steps"),
+        ("step", LOOSE, {"inputs": {"thermal.V": np.zeros((1, 30, 2))}}, "3 columns"),
+        ("step", LOOSE, {"parameters": {"rod.body.E": [1.0]}, "outputs": ["rod.tip"]}, "no Real input or output"),
+    ],
+)
+def test_mistakes_are_named(name: str, overrides: list[str], arguments: dict, said: str) -> None:
+    with pytest.raises(tca.SceneError, match=said):
+        tca.run_batch(tca.read(name, overrides), **arguments)
+
+
+def test_an_engine_that_is_not_there_is_named(monkeypatch: pytest.MonkeyPatch, tmp_path: object) -> None:
+    monkeypatch.setattr(binding, "shipped_folders", lambda: [tmp_path])
+    with pytest.raises(tca.CosimError, match="make fmus"):
+        binding.library.__wrapped__()
+
+
+def test_a_plan_keeps_what_its_structure_points_to() -> None:
+    made = plan.EnginePlan.of(tca.read("step", [*LOOSE, "stop_time=2"]), ["rod.body.E"], [], OUTPUTS)
+    assert made.width == 3 + 3 + 3 + 1
+    assert made.structure.steps == 2
+    assert [made.structure.member[k].name for k in range(2)] == [b"thermal", b"rod"]
