@@ -23,6 +23,8 @@ ORDER = (
     ("api",),
     ("stepping",),
     ("linear",),
+    ("planning", "identification"),
+    ("control",),
     ("cli",),
 )
 RANK = {name: rank for rank, layer in enumerate(ORDER) for name in layer}

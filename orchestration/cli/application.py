@@ -26,6 +26,7 @@ COMMANDS: dict[str, dict[str, str]] = {
         "linearise": "linearise",
         "stability": "stability",
     },
+    "Design": {"plan": "plan", "workspace": "workspace"},
     "Benchmark": {"timing": "timing", "chart": "chart", "halving": "halving", "peers": "peers"},
 }
 

@@ -20,11 +20,12 @@ from ..cosim.signals import Ramps, Signal, Steps
 from ..fmi import units
 from ..fmi.archive import Variable, similar
 
-__all__ = ["ENTRIES", "column_signal"]
+__all__ = ["ENTRIES", "column_names", "column_signal"]
 
 ENTRIES = ("file", "column", "time", "interpolation")
 _INTERPOLATIONS: Mapping[str, type[Ramps | Steps]] = {"linear": Ramps, "held": Steps}
-_HEAD = re.compile(r"\s*(.*?)\s*(?:\[([^\[\]]*)\])?\s*")
+# A name, which may end with an index as in tip.p[1], and a unit: tip.p[1] [mm].
+_HEAD = re.compile(r"\s*([^\[\]]*?(?:\[\d[\d,]*\])?)\s*(?:\[([^\[\]]*)\])?\s*")
 _TIME = Variable("time", 0, "Real", "local", "fixed", "", "s", {"s": 1})
 MAX_ROWS = 1_000_000  # of a table: each row of a linear one is an event at which a macro step ends
 
@@ -55,6 +56,11 @@ def column_signal(content: Any, folder: Path, variable: Variable) -> Signal:
         if not variable.least <= value <= variable.most:
             raise ValueError(f"{path}: {value:g} is out of range; allowed: {variable.least:g} to {variable.most:g}")
     return _INTERPOLATIONS[kind](tuple(times), tuple(values))
+
+
+def column_names(path: Path) -> list[str]:
+    """Return the names of a file's columns, without units. Raises ValueError with problem and remedy."""
+    return list(_read(path, _modified(path))[0])
 
 
 def _modified(path: Path) -> int:

@@ -1,0 +1,190 @@
+"""Plans: the bar of the slow circle, exact gradients, limits, files; against a formulation of its own."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+import tca_cosim as tca
+import tca_cosim.cli
+from tca_cosim.planning import PathProblem, PlanLimits, Target, plan, read_target, target_of, workspace
+from tca_cosim.planning.heat import HeatModel
+from tca_cosim.planning.rod import StaticRod
+from tca_cosim.scene import Scene
+from typer.testing import CliRunner
+
+pytest.importorskip("piqp")
+DISPLACEMENTS = ("delta[1]", "delta[2]", "delta[3]")
+
+
+def circle(start: float, period: float, radius: float) -> Callable[[Scene], Target]:
+    def target(scene: Scene) -> Target:
+        times = np.linspace(start, start + period, 121)
+        angle = 2.0 * np.pi * (times - start) / period
+        return target_of(scene, times, {"rod.tip.p[1]": radius * np.cos(angle), "tip.p[2]": radius * np.sin(angle)})
+
+    return target
+
+
+@pytest.mark.parametrize(
+    "overrides",
+    [
+        {},
+        {"rod.dynamic": True, "rod.closure": "inside", "rod.order": 2, "rod.gravity": [0.0, 0.0, -9.81]},
+        {"thermal.tca.alpha_T": 1e-3, "thermal.tca.beta": 0.1},
+    ],
+)
+def test_the_slow_circle_is_followed_by_the_full_models(overrides: dict[str, object]) -> None:
+    made = plan("step", circle(20.0, 60.0, 8e-3), PlanLimits(5.0, 373.15, 373.15), 1.0, overrides)
+    assert made.converged
+    assert made.rms < 0.1e-3
+    assert 0.0 <= made.voltages.min() <= made.voltages.max() <= 5.0
+    assert float(made.result["thermal.T_max"].max()) <= 373.15 + 0.01
+    assert made.active == ()
+    assert made.result.attrs["status"] == "complete"
+
+
+def test_the_gradient_by_all_voltages_is_exact() -> None:
+    scene = tca.read("step", {"rod.gravity": [2.0, 0.0, -9.0], "rod.order": 2})
+    with HeatModel(scene) as heat, StaticRod(scene, ("tip.p[1]", "tip.p[2]", *DISPLACEMENTS)) as rod:
+        times = 0.5 * np.arange(1, 31)
+        path = circle(2.0, 13.0, 8e-3)(scene).at(times)
+        problem = PathProblem(heat, rod, PlanLimits(), 0.5, path, (times >= 2.0).astype(float), 8e-3)
+        random = np.random.default_rng(3)
+        voltages = random.uniform(0.3, 2.5, problem.shape)
+        before = rod.equilibria
+        _, gradient = problem.gradient(voltages)
+        assert rod.equilibria - before == len(times), "one pass over the path, whatever the number of voltages"
+
+        def cost(V: np.ndarray) -> float:
+            powers = V**2 / np.array(heat.parameters.resistance)
+            return problem.cost(powers, rod.outputs(problem.temperatures(powers), times)[:, :2])
+
+        for _ in range(3):
+            d, h = random.standard_normal(voltages.shape), 1e-3
+            near = cost(voltages + h * d) - cost(voltages - h * d)
+            far = cost(voltages + 2.0 * h * d) - cost(voltages - 2.0 * h * d)
+            assert (8.0 * near - far) / (12.0 * h) == pytest.approx((gradient * d).sum(), rel=1e-6)
+
+
+def test_an_infeasible_path_is_approximated_as_well_as_by_collocation() -> None:
+    """The same problem in all modes and strains at once, by Radau collocation and IPOPT with exact Hessians."""
+    ca = pytest.importorskip("casadi")
+    limits = PlanLimits(voltage=4.0, temperature=333.15, hottest=1000.0)
+    made = plan("step", circle(2.0, 4.0, 12e-3), limits, 0.25)
+    assert any("V[1] at 4 V" in text for text in made.active)
+    assert any("at 60 degC" in text for text in made.active)
+    assert made.rms > 1e-4
+    scene = tca.read("step")
+    with HeatModel(scene) as heat, StaticRod(scene, ("tip.p[1]", "tip.p[2]", *DISPLACEMENTS)) as rod:
+        times = made.times[1:]
+        weights = (times >= 2.0 - 1e-9).astype(float)
+        problem = PathProblem(heat, rod, limits, 0.25, made.target.at(times), weights, made.target.scale)
+        ours = problem.solve()
+        tau, n = ca.collocation_points(3, "radau"), len(heat.A)
+        C, D, _ = ca.collocation_coeff(tau)
+        largest = limits.voltage**2 / np.array(heat.parameters.resistance)
+        opti = ca.Opti()
+        p = opti.variable(3, len(times))
+        opti.subject_to(opti.bounded(0.0, ca.vec(p), 1.0))
+        x, objective = ca.DM.zeros(n), 0.0
+        for k in range(len(times)):
+            z = opti.variable(n, 3)
+            rate = ca.mtimes(ca.DM(heat.A), z) + ca.repmat(
+                ca.mtimes(ca.DM(heat.B), p[:, k] * largest) + heat.offset, 1, 3
+            )
+            opti.subject_to(ca.mtimes(ca.horzcat(x, z), C) == 0.25 * rate)
+            x = ca.mtimes(ca.horzcat(x, z), D)
+            T = heat.T_start + ca.mtimes(ca.DM(heat.C), x)
+            opti.subject_to(limits.temperature >= T)
+            if weights[k]:
+                objective += 0.5 * ca.sumsqr((arc(ca, T) - problem.path[k]) / problem.scale)
+            if k:
+                objective += 0.5e-6 * ca.sumsqr(p[:, k] - p[:, k - 1])
+        opti.set_initial(p, 0.1)
+        opti.minimize(objective)
+        options = {"print_level": 0, "sb": "yes", "tol": 1e-6, "max_iter": 100}
+        opti.solver("ipopt", {"print_time": False, "expand": True}, options)
+        theirs = float(opti.solve().value(objective))
+    assert ours.cost == pytest.approx(theirs, rel=1e-2)
+
+
+def arc(ca, T):  # type: ignore[no-untyped-def]
+    """Tip (x, y) [m] of the unloaded manipulator of set fig3: an arc whose bending and stretch are in closed form."""
+    L, r, EI, EA, k, stroke = 0.04, 2.5e-3, 1.855503e-5, 2.968805, 79.5378, 0.313073
+    c = stroke * (1.0 - 1.0 / (1.0 + 6.5e-4 * (T - 298.15)))
+    a = 2.0 * np.pi * np.arange(3) / 3.0
+    stretch = k * ca.sum1(c) / (EA + 3.0 * k * L)
+    x, y = (k * r * ca.sum1(c * f(a)) / (EI + 1.5 * k * L * r**2) for f in (np.cos, np.sin))
+    angle = L * ca.sqrt(x**2 + y**2 + 1e-12)
+    length = L * (1.0 + stretch)
+    return -length * (1.0 - ca.cos(angle)) / angle**2 * L * ca.vertcat(x, y)
+
+
+@pytest.mark.parametrize("rate", [0.1, 0.5])
+def test_rates_of_voltages_are_kept(rate: float) -> None:
+    made = plan("step", circle(10.0, 20.0, 5e-3), PlanLimits(voltage_rate=rate), 0.5)
+    changes = np.diff(np.vstack([np.zeros(3), made.voltages]), axis=0)
+    assert np.abs(changes).max() <= rate * 0.5 * (1.0 + 1e-9)
+
+
+def test_way_points_are_joined_and_units_converted(tmp_path: Path) -> None:
+    file = tmp_path / "reach.csv"
+    file.write_text("time [s],rod.tip.p[1] [mm],tip.euler[2] [deg]\n5,-5,0\n12,-10,-10\n20,-10,-10\n", encoding="utf-8")
+    target = read_target(tca.read("step"), file)
+    assert target.outputs == ("tip.p[1]", "tip.euler[2]")
+    np.testing.assert_allclose(target.at(np.array([0.0, 5.0, 12.0, 30.0]))[:, 0], [-5e-3, -5e-3, -10e-3, -10e-3])
+    np.testing.assert_allclose(target.values[1, 1], np.deg2rad(-10.0))
+    middle = target.at(np.linspace(5.0, 20.0, 50))[:, 0]
+    assert (np.diff(middle) <= 1e-15).all()
+    file.write_text("time,rod.tip.q[1]\n5,0\n6,1\n", encoding="utf-8")
+    with pytest.raises(tca.SceneError, match="no such output"):
+        read_target(tca.read("step"), file)
+    file.write_text("time,rod.tip.p[1]\n5,0\n", encoding="utf-8")
+    with pytest.raises(tca.SceneError, match="two times at least"):
+        read_target(tca.read("step"), file)
+
+
+def test_the_command_writes_a_scene_that_repeats_the_plan(tmp_path: Path) -> None:
+    rows = [f"{t},{-8e-3 * math.sin(0.2 * (t - 5))}" for t in np.linspace(5.0, 15.0, 21)]
+    (tmp_path / "wave.csv").write_text("time,tip.p[1]\n" + "\n".join(rows), encoding="utf-8")
+    arguments = ["plan", str(tmp_path / "wave.csv"), "--out", str(tmp_path), "--set", "rod.gravity=[1,0,0]"]
+    result = CliRunner().invoke(tca.cli.app, arguments)
+    assert result.exit_code == 0, result.output
+    assert "mm rms" in result.output
+    planned = tca.read(tmp_path / "wave.toml")
+    assert planned.member("rod").signals["gravity[1]"].value == 1.0
+    again = tca.run(planned)
+    told = float(result.output.split("full models:")[1].split("mm rms")[0])
+    inside = again["time"].to_numpy() >= 5.0
+    error = again["rod.tip.p"].to_numpy()[inside, 0] + 8e-3 * np.sin(0.2 * (again["time"].to_numpy()[inside] - 5.0))
+    assert 1e3 * np.sqrt(np.mean(error**2)) == pytest.approx(told, rel=0.3, abs=1e-3)
+
+
+def test_the_workspace_holds_equilibria_within_the_limits(tmp_path: Path) -> None:
+    limits = PlanLimits(5.0, 343.15, 343.15)
+    area = workspace("step", limits, 4)
+    assert (area.temperatures <= 343.15 + 1e-9).all()
+    assert np.hypot(*area.tips[:, :2].T).max() > 10e-3
+    hottest = np.argmax(area.temperatures[:, 0])
+    volts = np.sqrt(area.powers[hottest] * 6.9)
+    settled = {"thermal.V": volts, "stop_time": 2000.0, "coupling.macro_step": 100.0}
+    with tca.Simulation("step", settled) as sim:
+        sim.step(2000.0)
+        np.testing.assert_allclose(sim["rod.tip.p"], area.tips[hottest], atol=1e-7)
+    assert (area.speeds > 0.0).any()
+    outcome = CliRunner().invoke(tca.cli.app, ["workspace", "step", "--points", "3", "--out", str(tmp_path)])
+    assert outcome.exit_code == 0, outcome.output
+    assert (tmp_path / "step.workspace.csv").is_file()
+
+
+def test_limits_that_contradict_each_other_are_named() -> None:
+    with pytest.raises(tca.SceneError, match="positive number"):
+        PlanLimits(voltage=-1.0)
+    with pytest.raises(tca.SceneError, match=r"raise limits\.temperature"):
+        plan("step", circle(5.0, 10.0, 8e-3), PlanLimits(temperature=280.0, hottest=280.0))
+    with pytest.raises(tca.SceneError, match="hot as the limit"):
+        workspace("step", PlanLimits(temperature=290.0))
