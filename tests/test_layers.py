@@ -23,8 +23,7 @@ ORDER = (
     ("api",),
     ("stepping",),
     ("linear",),
-    ("planning", "identification"),
-    ("control",),
+    ("planning",),
     ("cli",),
 )
 RANK = {name: rank for rank, layer in enumerate(ORDER) for name in layer}
