@@ -88,7 +88,7 @@ void integrate(const char* name, double macro, double tolerance, Trajectory trut
     truth.advance(drive, macro);
     run->advance(drive, macro, tolerance);
     const Observation seen = run->observe(drive), expected = truth.observe(drive);
-    for (std::size_t i = 0; i < kTcas; ++i) worst = std::max(worst, std::abs(seen.rise[i] - expected.rise[i]));
+    for (std::size_t i = 0; i < 3; ++i) worst = std::max(worst, std::abs(seen.rise[i] - expected.rise[i]));
   }
   const double time = microseconds(1, [&](int) {
     const auto again = make();
@@ -134,7 +134,7 @@ void cost() {
   std::puts("level,unknowns,build_ms,step_us,observe_us,scene_30s_ms,memory_KiB");
   const Drive drive = step_scene();
   Drive cubic = drive;
-  for (std::size_t i = 0; i < kTcas; ++i) cubic.V[i] = {1.0, 0.1, 0.01, 0.001};
+  for (std::size_t i = 0; i < 3; ++i) cubic.V[i] = {1.0, 0.1, 0.01, 0.001};
   cubic.ambient_rise = {1.0, 0.1, 0.0, 0.0};
   for (const auto& [name, level, feedback] : {std::tuple{"lumped", Level::lumped, false},
                                               {"reduced", Level::reduced, false},
@@ -143,7 +143,7 @@ void cost() {
                                               {"full with feedback", Level::full, true}}) {
     Parameters p;
     p.level = level;
-    if (feedback) p.tca.alpha_T = 0.004, p.tca.beta = 0.1;
+    if (feedback) p.tca.alpha_T = filled(0.004), p.tca.beta = filled(0.1);
     const double build = microseconds(1, [&](int) { run_of(p); });
     const std::size_t before = mallinfo2().uordblks;
     Trajectory run = run_of(p);

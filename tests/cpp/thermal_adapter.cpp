@@ -36,7 +36,7 @@ TEST(ThermalModel, StartsUniformAtT0) {
     bench.data().V[0][0] = 3.0;
     bench.evaluate();
     const Data& d = bench.data();
-    for (double T : d.T) EXPECT_EQ(T, 310.0);
+    for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(d.T[i], 310.0);
     EXPECT_EQ(d.T_max, 310.0);
     EXPECT_EQ(d.T_surface, 310.0);
     EXPECT_EQ(d.E_stored, 0.0);
@@ -59,7 +59,7 @@ TEST(ThermalModel, RatesAreTheDerivativesOfT) {
     bench.evaluate();
     const PerTca rate = bench.data().T_rate, before = bench.data().T;
     bench.step(1e-3);
-    for (std::size_t i = 0; i < kTcas; ++i) {
+    for (std::size_t i = 0; i < 3; ++i) {
       EXPECT_NEAR((bench.data().T[i] - before[i]) / 1e-3, rate[i], 2e-3 * std::abs(rate[i]) + 1e-4);
     }
   }
@@ -117,13 +117,13 @@ void expect_refusal(void (*spoil)(Parameters&), const std::string& name) {
 TEST(ThermalModel, GeometryThatDoesNotFitIsRefusedByName) {
   expect_refusal([](Parameters& p) { p.body.radius = -1.0; }, "body.radius");
   expect_refusal([](Parameters& p) { p.body.length = 0.0; }, "body.length");
-  expect_refusal([](Parameters& p) { p.tca.outer_radius = 6e-3; }, "tca.outer_radius");
-  expect_refusal([](Parameters& p) { p.tca.inner_radius = 0.9e-3; }, "tca.inner_radius");
-  expect_refusal([](Parameters& p) { p.tca.inner_radius = std::numeric_limits<double>::quiet_NaN(); },
+  expect_refusal([](Parameters& p) { p.tca.outer_radius[0] = 6e-3; }, "tca.outer_radius");
+  expect_refusal([](Parameters& p) { p.tca.inner_radius[0] = 0.9e-3; }, "tca.inner_radius");
+  expect_refusal([](Parameters& p) { p.tca.inner_radius[0] = std::numeric_limits<double>::quiet_NaN(); },
                  "tca.inner_radius");
-  expect_refusal([](Parameters& p) { p.tca.offset = 4.5e-3; }, "tca.offset");
-  expect_refusal([](Parameters& p) { p.tca.offset = -1e-3; }, "tca.offset");
-  expect_refusal([](Parameters& p) { p.tca.offset = 0.5e-3; }, "TCA 1 and TCA 2");
+  expect_refusal([](Parameters& p) { p.tca.offset[0] = 4.5e-3; }, "tca.offset");
+  expect_refusal([](Parameters& p) { p.tca.offset[0] = -1e-3; }, "tca.offset");
+  expect_refusal([](Parameters& p) { p.tca.offset = filled(0.5e-3); }, "TCA 1 and TCA 2");
   expect_refusal([](Parameters& p) { p.tca.azimuth[1] = 0.1; }, "TCA 1 and TCA 2");
 }
 

@@ -10,14 +10,14 @@ namespace {
 /// Rises after `last` by the classical Runge-Kutta method on the modal equations.
 PerTca by_runge_kutta(const Parameters& p, const ModalModel& m, const Drive& drive, double last, int steps) {
   const auto slope = [&](const Eigen::VectorXd& z, double s) {
-    Eigen::VectorXd w(kChannels);
-    for (int i = 0; i < static_cast<int>(kTcas); ++i) {
+    Eigen::VectorXd w(static_cast<Eigen::Index>(p.tca.count) + 1);
+    for (int i = 0; i < static_cast<int>(p.tca.count); ++i) {
       const double T = p.T_0 + m.load.col(i).dot(z);
-      const double R = p.tca.R[i] * (1.0 + p.tca.alpha_T * (T - p.tca.T_ref) +
-                                     p.tca.beta * value(drive.delta[i], s) / p.body.length);
+      const double R = p.tca.R[i] * (1.0 + p.tca.alpha_T[i] * (T - p.tca.T_ref) +
+                                     p.tca.beta[i] * value(drive.delta[i], s) / p.body.length);
       w[i] = std::pow(value(drive.V[i], s), 2) / R;
     }
-    w[kChannels - 1] = value(drive.ambient_rise, s);
+    w[p.tca.count] = value(drive.ambient_rise, s);
     return Eigen::VectorXd(m.load * w - m.rate.cwiseProduct(z));
   };
   Eigen::VectorXd z = Eigen::VectorXd::Zero(m.size());
@@ -29,7 +29,7 @@ PerTca by_runge_kutta(const Parameters& p, const ModalModel& m, const Drive& dri
     z += h / 6.0 * (a + 2.0 * b + 2.0 * c + d);
   }
   PerTca rises;
-  for (std::size_t i = 0; i < kTcas; ++i) rises[i] = m.load.col(static_cast<Eigen::Index>(i)).dot(z);
+  for (std::size_t i = 0; i < p.tca.count; ++i) rises[i] = m.load.col(static_cast<Eigen::Index>(i)).dot(z);
   return rises;
 }
 
@@ -42,11 +42,11 @@ TEST(Feedback, ReducedAndLumpedAgreeWithRungeKutta) {
     const int steps = static_cast<int>(std::ceil(10.0 * model.rate.maxCoeff()));
     const PerTca coarse = by_runge_kutta(p, model, drive, 10.0, steps),
                  fine = by_runge_kutta(p, model, drive, 10.0, 2 * steps);
-    ModalLevel level(model, p);
-    std::vector<double> state(level.state_size(), 0.0);
-    must(level.advance(state, drive, 10.0, 1e-10));
+    const auto level = make_modal_level(model, p);
+    std::vector<double> state(level->state_size(), 0.0);
+    must(level->advance(state, drive, 10.0, 1e-10));
     Observation observed;
-    must(level.observe(state, drive, observed));
+    must(level->observe(state, drive, observed));
     const PerTca seen = observed.rise;
     EXPECT_LT(gap(seen, fine), 1e-8 + gap(coarse, fine));
     EXPECT_GT(seen[2], 30.0);
@@ -93,7 +93,7 @@ TEST(Feedback, FullAgreesWithReduced) {
 
 TEST(Feedback, WithoutItTheExactPathIsTaken) {
   Parameters tiny;
-  tiny.tca.alpha_T = 1e-300;
+  tiny.tca.alpha_T = filled(1e-300);
   Trajectory exact = run_of({}, 4), collocated = run_of(tiny, 4);
   const Drive drive = smooth_scene();
   exact.advance(drive, 3.0);
@@ -104,7 +104,7 @@ TEST(Feedback, WithoutItTheExactPathIsTaken) {
 TEST(Feedback, ResistanceThatVanishesIsRefusedAtEveryLevel) {
   for (Level level : {Level::lumped, Level::reduced, Level::full}) {
     Parameters p = with_feedback(level);
-    p.tca.alpha_T = -0.02;  // R = 0 at +50 K
+    p.tca.alpha_T = filled(-0.02);  // R = 0 at +50 K
     Trajectory run = run_of(p, 3);
     Drive drive;
     drive.V[0][0] = 5.0;

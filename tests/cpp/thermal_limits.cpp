@@ -36,7 +36,8 @@ Parameters section(Level level, double h, double k) {
   Parameters p;
   p.level = level;
   p.h = h;
-  p.body.k = p.tca.k = k;
+  p.body.k = k;
+  p.tca.k = filled(k);
   return p;
 }
 
@@ -103,8 +104,8 @@ TEST(Accuracy, TheMeshGetsFinerRoundThinTcas) {
   };
   for (const auto& [ratio, rise] : {Case{0.05, 109.30383079}, Case{0.01, 142.99734973}}) {
     Parameters p;
-    p.tca.outer_radius = ratio * p.body.radius;
-    p.tca.inner_radius = 0.25 * p.tca.outer_radius;
+    p.tca.outer_radius = filled(ratio * p.body.radius);
+    p.tca.inner_radius = filled(0.25 * p.tca.outer_radius[0]);
     p.tolerance = 1e-4;
     Bench bench(p);
     bench.data().V[0][0] = std::sqrt(p.tca.R[0]);
@@ -127,9 +128,9 @@ TEST(Accuracy, TheMeshResolvesThinWallsAndThinTcas) {
                         Case{"thin TCAs", 2.5e-5, 6.25e-6, 2.5e-3, 157.51252396680, 41.86535952120}})
     for (const double tolerance : {1e-2, 1e-3, 1e-4, 1e-5}) {
       Parameters p;
-      p.tca.outer_radius = c.outer;
-      p.tca.inner_radius = c.inner;
-      p.tca.offset = c.offset;
+      p.tca.outer_radius = filled(c.outer);
+      p.tca.inner_radius = filled(c.inner);
+      p.tca.offset = filled(c.offset);
       p.tolerance = tolerance;
       const core::Result<HeatMatrices> m = resolved_matrices(p);
       ASSERT_TRUE(m.status.is_ok());
@@ -196,7 +197,7 @@ TEST(BlowUp, IsNamedAtEveryLevel) {
     Parameters p;
     p.level = level;
     p.tolerance = 1e-3;
-    p.tca.beta = -1.0;  // R -> 0 as delta -> length
+    p.tca.beta = filled(-1.0);  // R -> 0 as delta -> length
     Bench bench(p);
     bench.data().V[0][0] = 1.0;
     bench.data().delta[0] = {0.0, p.body.length, 0.0, 0.0};  // reached after 1 s
@@ -209,7 +210,7 @@ TEST(BlowUp, IsNamedAtEveryLevel) {
 
 TEST(ModelExchange, RefusesStatesThatNoHeatingReaches) {
   Bench bench(Parameters{});
-  std::vector<double> x(kMostAmplitudes, 0.0), dx(kMostAmplitudes, 0.0);
+  std::vector<double> x(most_amplitudes(3), 0.0), dx(most_amplitudes(3), 0.0);
   bench.model.get_states(x);
   EXPECT_TRUE(bench.model.rates(0.0, dx).is_ok());
   for (const double amplitude : {1e9, -1e9}) {
@@ -227,7 +228,7 @@ TEST(Work, OfAStepIsBounded) {
       Parameters p;
       p.level = level;
       p.tolerance = 1e-2;
-      p.tca.alpha_T = 1e-3;
+      p.tca.alpha_T = filled(1e-3);
       Bench bench(p);
       bench.data().V[0][0] = 1.0;
       const Status status = bench.model.step(0.0, h).status;  // returns: that is the test

@@ -35,7 +35,7 @@ Value must(core::Result<Value> result) {
 /// Constant voltages, 1.5 i on TCA i (the scene `step` for three TCAs); surroundings as at the start.
 inline Drive step_scene() {
   Drive drive;
-  for (std::size_t i = 0; i < kTcas; ++i) drive.V[i][0] = 1.5 * static_cast<double>(i);
+  for (std::size_t i = 0; i < 3; ++i) drive.V[i][0] = 1.5 * static_cast<double>(i);
   return drive;
 }
 
@@ -66,9 +66,9 @@ inline std::unique_ptr<HeatLevel> level_of(const Parameters& p, const HeatMatric
     case Level::full:
       return std::make_unique<FullLevel>(matrices, p);
     case Level::reduced:
-      return std::make_unique<ModalLevel>(reduced(matrices, p.tolerance), p);
+      return make_modal_level(reduced(matrices, p.tolerance), p);
     default:
-      return std::make_unique<ModalLevel>(lumped(matrices, reduced(matrices, 1e-4)), p);
+      return make_modal_level(lumped(matrices, reduced(matrices, 1e-4)), p);
   }
 }
 
@@ -108,7 +108,7 @@ inline double largest_gap(Trajectory a, Trajectory b, const Drive& drive, double
     b.advance(drive, until - t);
     t = until;
     const Observation seen_a = a.observe(drive), seen_b = b.observe(drive);
-    for (std::size_t i = 0; i < kTcas; ++i) gap = std::max(gap, std::abs(seen_a.rise[i] - seen_b.rise[i]));
+    for (std::size_t i = 0; i < kMaxTcas; ++i) gap = std::max(gap, std::abs(seen_a.rise[i] - seen_b.rise[i]));
   }
   return gap;
 }
@@ -117,15 +117,15 @@ inline double largest_gap(Trajectory a, Trajectory b, const Drive& drive, double
 inline Parameters with_feedback(Level level) {
   Parameters p;
   p.level = level;
-  p.tca.alpha_T = 0.004;
-  p.tca.beta = 0.1;
+  p.tca.alpha_T = filled(0.004);
+  p.tca.beta = filled(0.1);
   return p;
 }
 
 /// Smooth from the start, so that the order in time shows: V = (0.3, 0.6, 0.9) t, displacements of some millimetres.
 inline Drive smooth_scene() {
   Drive drive;
-  for (std::size_t i = 0; i < kTcas; ++i) {
+  for (std::size_t i = 0; i < kMaxTcas; ++i) {
     drive.V[i] = {0.0, 0.3 * static_cast<double>(i + 1), 0.0, 0.0};
     drive.delta[i] = {1e-3, 5e-4, -1e-4, 0.0};
   }
@@ -137,14 +137,14 @@ inline Drive smooth_scene() {
 inline Drive later(const Drive& drive, double s) {
   const auto at = [s](const Cubic& c) { return core::shifted(c, s); };
   Drive rest;
-  for (std::size_t i = 0; i < kTcas; ++i) rest.V[i] = at(drive.V[i]), rest.delta[i] = at(drive.delta[i]);
+  for (std::size_t i = 0; i < kMaxTcas; ++i) rest.V[i] = at(drive.V[i]), rest.delta[i] = at(drive.delta[i]);
   rest.ambient_rise = at(drive.ambient_rise);
   return rest;
 }
 
 inline double gap(const PerTca& a, const PerTca& b) {
   double largest = 0.0;
-  for (std::size_t i = 0; i < kTcas; ++i) largest = std::max(largest, std::abs(a[i] - b[i]));
+  for (std::size_t i = 0; i < kMaxTcas; ++i) largest = std::max(largest, std::abs(a[i] - b[i]));
   return largest;
 }
 
@@ -164,12 +164,12 @@ inline double against_reference(Trajectory run) {
 /// Rises after `last` [s] by a modal model in equal steps.
 inline PerTca stepped(const ModalModel& model, const Parameters& p, const Drive& drive, double last, int steps,
                       double tolerance) {
-  ModalLevel level(model, p);
-  std::vector<double> state(level.state_size(), 0.0);
+  const auto level = make_modal_level(model, p);
+  std::vector<double> state(level->state_size(), 0.0);
   const double h = last / steps;
-  for (int n = 0; n < steps; ++n) must(level.advance(state, later(drive, h * n), h, tolerance));
+  for (int n = 0; n < steps; ++n) must(level->advance(state, later(drive, h * n), h, tolerance));
   Observation seen;
-  must(level.observe(state, drive, seen));
+  must(level->observe(state, drive, seen));
   return seen.rise;
 }
 

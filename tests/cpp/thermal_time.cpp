@@ -73,24 +73,24 @@ TEST_P(ExactLevels, ConstantVoltagesInStepsOfAnyLength) {
     Trajectory run = start();
     for (int i = 0; i < steps; ++i) run.advance(drive, 30.0 / steps);
     const Observation seen = run.observe(drive);
-    for (std::size_t i = 0; i < kTcas; ++i) EXPECT_NEAR(seen.rise[i], expected.rise[i], 1e-10) << steps << " steps";
+    for (std::size_t i = 0; i < 3; ++i) EXPECT_NEAR(seen.rise[i], expected.rise[i], 1e-10) << steps << " steps";
   }
 }
 
 TEST_P(ExactLevels, CubicVoltagesAndSurroundingsInStepsOfAnyLength) {
   Drive whole;
-  for (std::size_t i = 0; i < kTcas; ++i) whole.V[i] = {1.0 + 0.5 * static_cast<double>(i), 0.2, -0.05, 0.01};
+  for (std::size_t i = 0; i < 3; ++i) whole.V[i] = {1.0 + 0.5 * static_cast<double>(i), 0.2, -0.05, 0.01};
   whole.ambient_rise = {5.0, -1.0, 0.2, -0.03};
   const auto at = [](const Cubic& c, double s) { return core::shifted(c, s); };
   Trajectory once = start(), run = start();
   once.advance(whole, 10.0);
   for (int n = 0; n < 40; ++n) {
     Drive part;
-    for (std::size_t i = 0; i < kTcas; ++i) part.V[i] = at(whole.V[i], 0.25 * n);
+    for (std::size_t i = 0; i < 3; ++i) part.V[i] = at(whole.V[i], 0.25 * n);
     part.ambient_rise = at(whole.ambient_rise, 0.25 * n);
     run.advance(part, 0.25);
   }
-  for (std::size_t i = 0; i < kTcas; ++i) {
+  for (std::size_t i = 0; i < 3; ++i) {
     EXPECT_NEAR(run.observe({}).rise[i], once.observe({}).rise[i], 1e-10);
     EXPECT_GT(once.observe({}).rise[i], 1.0);
   }
@@ -103,8 +103,8 @@ class EveryLevel : public testing::TestWithParam<std::tuple<Level, double>> {
   Parameters parameters() const {
     Parameters p;
     p.level = std::get<0>(GetParam());
-    p.tca.alpha_T = std::get<1>(GetParam());
-    p.tca.beta = 25.0 * p.tca.alpha_T;
+    p.tca.alpha_T = filled(std::get<1>(GetParam()));
+    p.tca.beta = filled(25.0 * std::get<1>(GetParam()));
     return p;
   }
 };

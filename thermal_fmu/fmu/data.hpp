@@ -6,14 +6,18 @@
 
 namespace thermal {
 
-inline constexpr std::size_t kMostAmplitudes = 24 * (kTcas + 1);  // that model exchange shows
+/// Number of amplitudes that model exchange shows at that number of TCAs.
+constexpr std::size_t most_amplitudes(std::size_t tcas) { return 24 * (tcas + 1); }
 
 struct Data {
+  Data() = default;
+  explicit Data(std::size_t tcas) : parameters(tcas) {}
+
   Parameters parameters;
 
   // Inputs.
-  std::array<fmu::Polynomial, kTcas> V{};            // [V]
-  std::array<fmu::Polynomial, kTcas> delta{};        // [m]
+  std::array<fmu::Polynomial, kMaxTcas> V{};         // [V]
+  std::array<fmu::Polynomial, kMaxTcas> delta{};     // [m]
   fmu::Polynomial T_ambient{298.15, 0.0, 0.0, 0.0};  // [K]
 
   // Outputs and their rates.

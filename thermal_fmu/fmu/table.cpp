@@ -16,42 +16,39 @@ constexpr double kHuge = 1e12;
 
 using thermal::Data;
 
+/// A parameter of each TCA.
+template <class Refine>
+void per_tca(Table<Data>& table, const thermal::Tca& tca, const char* name, const thermal::PerTca& values,
+             const char* unit, const char* description, Refine&& refine) {
+  for (std::size_t i = 0; i < tca.count; ++i) refine(table.parameter(indexed(name, i), values[i], unit, description));
+}
+
 void geometry_and_material(Table<Data>& table, const thermal::Parameters& p) {
+  const auto length = [](Variable& row) { row.range(kTiny, 1e3).nominal(1e-3); };
   table.parameter("body.radius", p.body.radius, "m", "Outer radius of the body").range(kTiny, 1e3).nominal(5e-3);
   table.parameter("body.length", p.body.length, "m", "Length of body and TCAs").range(kTiny, 1e3).nominal(0.04);
   table.parameter("body.k", p.body.k, "W/(m.K)", "Heat conductivity of the body").range(kTiny, 1e6);
   table.parameter("body.rho_c", p.body.rho_c, "J/(m3.K)", "Heat capacity of the body").range(1.0, kHuge).nominal(1e6);
-  table.parameter("tca.outer_radius", p.tca.outer_radius, "m", "Outer radius of a TCA").range(kTiny, 1e3).nominal(1e-3);
-  table.parameter("tca.inner_radius", p.tca.inner_radius, "m", "Radius of a TCA's insulated bore")
-      .range(kTiny, 1e3)
-      .nominal(1e-3);
-  table.parameter("tca.offset", p.tca.offset, "m", "Distance of every TCA's axis from the body's axis")
-      .range(0.0, 1e3)
-      .nominal(1e-3);
-  for (std::size_t i = 0; i < thermal::kTcas; ++i) {
-    table.parameter(indexed("tca.azimuth", i), p.tca.azimuth[i], "rad", "Angle of the TCA's axis about the body's axis")
-        .range(-1e3, 1e3);
-  }
-  table.parameter("tca.k", p.tca.k, "W/(m.K)", "Heat conductivity of a TCA").range(kTiny, 1e6);
-  table.parameter("tca.rho_c", p.tca.rho_c, "J/(m3.K)", "Heat capacity of a TCA").range(1.0, kHuge).nominal(1e6);
+  per_tca(table, p.tca, "tca.outer_radius", p.tca.outer_radius, "m", "Outer radius of the TCA", length);
+  per_tca(table, p.tca, "tca.inner_radius", p.tca.inner_radius, "m", "Radius of the TCA's insulated bore", length);
+  per_tca(table, p.tca, "tca.offset", p.tca.offset, "m", "Distance of the TCA's axis from the body's axis",
+          [](Variable& row) { row.range(0.0, 1e3).nominal(1e-3); });
+  per_tca(table, p.tca, "tca.azimuth", p.tca.azimuth, "rad", "Angle of the TCA's axis about the body's axis",
+          [](Variable& row) { row.range(-1e3, 1e3); });
+  per_tca(table, p.tca, "tca.k", p.tca.k, "W/(m.K)", "Heat conductivity of the TCA",
+          [](Variable& row) { row.range(kTiny, 1e6); });
+  per_tca(table, p.tca, "tca.rho_c", p.tca.rho_c, "J/(m3.K)", "Heat capacity of the TCA",
+          [](Variable& row) { row.range(1.0, kHuge).nominal(1e6); });
 }
 
 void circuit_and_surroundings(Table<Data>& table, const thermal::Parameters& p) {
-  for (std::size_t i = 0; i < thermal::kTcas; ++i) {
-    table.parameter(indexed("tca.R", i), p.tca.R[i], "ohm", "Resistance of the TCA at tca.T_ref and delta = 0")
-        .range(kTiny, kHuge)
-        .nominal(10.0)
-        .retuned();
-  }
-  table
-      .parameter("tca.alpha_T", p.tca.alpha_T, "1/K",
-                 "Relative change of resistance with temperature, R (1 + alpha_T (T - T_ref) + beta delta/length)")
-      .range(-1.0, 1.0)
-      .nominal(1e-3)
-      .retuned();
-  table.parameter("tca.beta", p.tca.beta, "1", "Relative change of resistance with the strain delta/length")
-      .range(-1e3, 1e3)
-      .retuned();
+  per_tca(table, p.tca, "tca.R", p.tca.R, "ohm", "Resistance of the TCA at tca.T_ref and delta = 0",
+          [](Variable& row) { row.range(kTiny, kHuge).nominal(10.0).retuned(); });
+  per_tca(table, p.tca, "tca.alpha_T", p.tca.alpha_T, "1/K",
+          "Relative change of resistance with temperature, R (1 + alpha_T (T - T_ref) + beta delta/length)",
+          [](Variable& row) { row.range(-1.0, 1.0).nominal(1e-3).retuned(); });
+  per_tca(table, p.tca, "tca.beta", p.tca.beta, "1", "Relative change of resistance with the strain delta/length",
+          [](Variable& row) { row.range(-1e3, 1e3).retuned(); });
   table.parameter("tca.T_ref", p.tca.T_ref, "K", "Temperature at which tca.R holds")
       .range(1.0, 1e4)
       .nominal(300.0)
@@ -73,10 +70,10 @@ void circuit_and_surroundings(Table<Data>& table, const thermal::Parameters& p) 
 }
 
 void inputs(Table<Data>& table, const Data& data) {
-  for (std::size_t i = 0; i < thermal::kTcas; ++i) {
+  for (std::size_t i = 0; i < data.parameters.tca.count; ++i) {
     table.input(indexed("V", i), data.V[i], "V", "Voltage across the TCA");
   }
-  for (std::size_t i = 0; i < thermal::kTcas; ++i) {
+  for (std::size_t i = 0; i < data.parameters.tca.count; ++i) {
     table.input(indexed("delta", i), data.delta[i], "m", "Displacement of the TCA, acts through tca.beta")
         .nominal(1e-3);
   }
@@ -84,12 +81,12 @@ void inputs(Table<Data>& table, const Data& data) {
 }
 
 void outputs(Table<Data>& table, const Data& data) {
-  for (std::size_t i = 0; i < thermal::kTcas; ++i) {
+  for (std::size_t i = 0; i < data.parameters.tca.count; ++i) {
     table.output(indexed("T", i), data.T[i], data.T_rate[i], "K", "Mean temperature of the TCA")
         .nominal(300.0)
         .depends({"mode"});
   }
-  for (std::size_t i = 0; i < thermal::kTcas; ++i) {
+  for (std::size_t i = 0; i < data.parameters.tca.count; ++i) {
     table.output(indexed("P", i), data.P[i], "W", "Electrical power into the TCA")
         .depends({indexed("V", i), indexed("delta", i), "mode"});
   }
@@ -111,8 +108,8 @@ void outputs(Table<Data>& table, const Data& data) {
   table.output("reduction.states", data.reduction_states, "1", "Number of states of the chosen level").nominal(10.0);
 }
 
-void states(Table<Data>& table) {
-  for (std::size_t k = 0; k < thermal::kMostAmplitudes; ++k) {
+void states(Table<Data>& table, std::size_t tcas) {
+  for (std::size_t k = 0; k < thermal::most_amplitudes(tcas); ++k) {
     table
         .state(indexed("mode", k), "K", "K/s",
                "Amplitude of a mode of the levels reduced and lumped; a uniform rise of 1 K has amplitudes whose "
@@ -132,17 +129,19 @@ Identity identity() {
           .step_size = 0.1};
 }
 
-std::vector<Variable> variables(const Configuration&) {
-  const Data defaults;
+std::vector<Variable> variables(const Configuration& configuration) {
+  const Data defaults(configuration.tcas);
   Table<Data> table(defaults);
   geometry_and_material(table, defaults.parameters);
   circuit_and_surroundings(table, defaults.parameters);
   inputs(table, defaults);
   outputs(table, defaults);
-  states(table);
+  states(table, configuration.tcas);
   return std::move(table).rows();
 }
 
-std::unique_ptr<Model> make_model(const Configuration&) { return std::make_unique<thermal::ThermalModel>(); }
+std::unique_ptr<Model> make_model(const Configuration& configuration) {
+  return std::make_unique<thermal::ThermalModel>(configuration.tcas);
+}
 
 }  // namespace fmu

@@ -29,7 +29,7 @@ std::string shortfall(const char* what, double asked, double reached, const char
 /// The error of the mesh belongs to the bound where it is not below the tolerance.
 void include_mesh_error(const HeatMatrices& matrices, double tolerance, ModalModel& model) {
   if (!(matrices.error > tolerance)) return;
-  const Eigen::Index n = static_cast<Eigen::Index>(kTcas);
+  const Eigen::Index n = matrices.tcas();
   model.step_bound.leftCols(n).colwise() += matrices.error * model.reference;
   model.step_bound.rightCols(1).array() += matrices.error;  // 1 K of the surroundings in the end is 1 K everywhere
   model.bound += matrices.error;
@@ -62,7 +62,7 @@ Status ThermalModel::build() {
                           "loosen tolerance or choose level = full; reduction.bound holds")
               : shortfall("level = lumped is a network of few nodes", p.tolerance, model.bound,
                           "choose level = reduced, or tolerance = 0.1 where this is enough; reduction.bound holds");
-    level_ = std::make_unique<ModalLevel>(std::move(model), p);
+    level_ = make_modal_level(std::move(model), p);
   }
   memory_.assign(level_->state_size(), 0.0);
   built_ = p;
@@ -99,9 +99,10 @@ fmu::StepResult ThermalModel::step(double t, double h) {
 Status ThermalModel::check_states() const {
   if (data_.parameters.level == Level::full)
     return Status::error("level = full has as many states as its mesh has nodes", "choose reduced or lumped");
-  if (level_->amplitudes() > kMostAmplitudes)
+  const std::size_t most = most_amplitudes(data_.parameters.tca.count);
+  if (level_->amplitudes() > most)
     return Status::error("level = reduced has " + std::to_string(level_->amplitudes()) + " states, allowed: up to " +
-                             std::to_string(kMostAmplitudes),
+                             std::to_string(most),
                          "choose a larger tolerance");
   return {};
 }
@@ -118,7 +119,7 @@ Status ThermalModel::evaluate(double t) {
   const double T_0 = data_.parameters.T_0;
   Observation seen;
   if (Status status = level_->observe(memory_, drive(), seen); !status.is_ok()) return std::move(status).at("heat");
-  for (std::size_t i = 0; i < kTcas; ++i) data_.T[i] = T_0 + seen.rise[i];
+  for (std::size_t i = 0; i < data_.parameters.tca.count; ++i) data_.T[i] = T_0 + seen.rise[i];
   data_.T_rate = seen.rate;
   data_.P = seen.power;
   data_.Q_loss = seen.loss;

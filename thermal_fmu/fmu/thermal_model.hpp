@@ -16,6 +16,8 @@ using core::Status;
 
 class ThermalModel final : public fmu::Model {
  public:
+  explicit ThermalModel(std::size_t tcas = core::kDefaultTcas) : data_(tcas) {}
+
   std::span<std::byte> data() override { return std::as_writable_bytes(std::span(&data_, 1)); }
   std::span<double> memory() override { return memory_; }
   Status build() override;

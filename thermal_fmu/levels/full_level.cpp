@@ -18,7 +18,6 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-constexpr Index kN = static_cast<Index>(kTcas);
 constexpr double kLocalShare = 0.2;  // of the tolerance, for the error of one internal step
 constexpr long kMostSteps = 5000;    // internal steps in one call: bounds its work to a few seconds
 constexpr long kManySteps = 500;     // so many are worth a look at the resistances in each further one
@@ -109,7 +108,7 @@ struct FullLevel::Integrator {
   /// The resistance or power that is at fault at the point reached; success where none is.
   Status explain(double reached) {
     PerTca rise{}, delta{};
-    for (Index i = 0; i < kN; ++i) {
+    for (Index i = 0; i < system.tcas(); ++i) {
       rise[i] = system.load.col(i).dot(view(sundials.x));
       delta[i] = core::value(drive->delta[i], reached);
       double power = 0.0;

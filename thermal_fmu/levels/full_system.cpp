@@ -8,8 +8,6 @@ namespace {
 using core::value;
 using Eigen::Index;
 
-constexpr Index kN = static_cast<Index>(kTcas);
-
 }  // namespace
 
 FullSystem::FullSystem(const HeatMatrices& m, const Parameters& parameters)
@@ -26,7 +24,7 @@ FullSystem::FullSystem(const HeatMatrices& m, const Parameters& parameters)
   factor_.analyzePattern(a_);
   if (!is_insulated_) return;
   uniform_ = root.normalized();
-  loss_ = load.col(kN) / root.norm();
+  loss_ = load.col(tcas()) / root.norm();
 }
 
 Status FullSystem::slope(const Drive& drive, double s, const Eigen::Ref<const Vector>& x, Eigen::Ref<Vector> out) {
@@ -38,8 +36,8 @@ Status FullSystem::slope(const Drive& drive, double s, const Eigen::Ref<const Ve
   } else {
     out.noalias() = a_ * x;
   }
-  out = load.col(kN) * value(drive.ambient_rise, s) - out;
-  for (Index i = 0; i < kN; ++i) {
+  out = load.col(tcas()) * value(drive.ambient_rise, s) - out;
+  for (Index i = 0; i < tcas(); ++i) {
     const double rise = circuit.has_feedback() ? load.col(i).dot(x) : 0.0;
     double power = 0.0;
     Status status = circuit.power(i, value(drive.V[i], s), rise, value(drive.delta[i], s), power);
@@ -71,13 +69,13 @@ bool FullSystem::solve(double gamma, const Eigen::Ref<const Vector>& b, Eigen::R
 
 Status FullSystem::observe(const Eigen::Ref<const Vector>& x, const Drive& drive, Observation& seen) {
   if (Status status = slope(drive, 0.0, x, permuted_); !status.is_ok()) return status;
-  for (Index i = 0; i < kN; ++i) {
+  for (Index i = 0; i < tcas(); ++i) {
     seen.rise[i] = load.col(i).dot(x);
     seen.rate[i] = load.col(i).dot(permuted_);
     Status status = circuit.power(i, drive.V[i][0], seen.rise[i], drive.delta[i][0], seen.power[i]);
     if (!status.is_ok()) return status;
   }
-  const double surface = load.col(kN).dot(x);
+  const double surface = load.col(tcas()).dot(x);
   seen.loss = surface - surface_conductance_ * drive.ambient_rise[0];
   seen.surface_rise = surface / surface_conductance_;
   seen.stored = root.dot(x);

@@ -19,6 +19,7 @@ class FullSystem {
   FullSystem(const HeatMatrices& matrices, const Parameters& parameters);
 
   Eigen::Index size() const { return root.size(); }
+  Eigen::Index tcas() const { return load.cols() - 1; }
 
   /// out = -A x + B w at s after the start of the drive. Fails as Circuit::power.
   Status slope(const Drive& drive, double s, const Eigen::Ref<const Vector>& x, Eigen::Ref<Vector> out);

@@ -15,10 +15,11 @@ namespace thermal {
 using core::Cubic;
 using core::Status;
 
+/// Of arrays over TCAs the first `count` of the parameters are used.
 struct Drive {
-  std::array<Cubic, kTcas> V{};      // [V]
-  std::array<Cubic, kTcas> delta{};  // [m]
-  Cubic ambient_rise{};              // T_ambient - T_0 [K]
+  std::array<Cubic, kMaxTcas> V{};      // [V]
+  std::array<Cubic, kMaxTcas> delta{};  // [m]
+  Cubic ambient_rise{};                 // T_ambient - T_0 [K]
 };
 
 struct Observation {

@@ -14,7 +14,6 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr Index kN = static_cast<Index>(kTcas);
 constexpr int kDeepest = 24;       // halvings of a step with feedback
 constexpr int kMostParts = 20000;  // parts of a step with feedback: bounds the work of a call to about a second
 constexpr double kHottest = 1e6;   // rise [K] beyond which a host's integration is taken to have diverged
@@ -50,33 +49,41 @@ const Points& points() {
 
 }  // namespace
 
-ModalLevel::ModalLevel(ModalModel model, const Parameters& parameters)
+template <int tcas>
+ModalLevel<tcas>::ModalLevel(ModalModel model, const Parameters& parameters)
     : model_(std::move(model)),
       load_(model_.load),
       unit_(model_.capacity.norm()),
       circuit_(parameters),
       T_0_(parameters.T_0),
+      powers_(count(), kPoints),
+      rises_(count(), kPoints),
+      conductances_(count(), kPoints),
+      base_rises_(count() * kPoints),
       z_(model_.size()),
       probes_(model_.probe.rows()) {
   carrier_ = make_carrier();
   retune(parameters);
 }
 
-ModalLevel::Carrier ModalLevel::make_carrier() const {
+template <int tcas>
+auto ModalLevel<tcas>::make_carrier() const -> Carrier {
   return {-1.0, VectorXd(model_.size()), Weights(model_.size(), kPowerTerms)};
 }
 
-void ModalLevel::retune(const Parameters& parameters) {
+template <int tcas>
+void ModalLevel<tcas>::retune(const Parameters& parameters) {
   circuit_ = Circuit(parameters);
   if (!circuit_.has_feedback() || !collocations_.empty()) return;
   collocations_.resize(kDeepest + 1);
   for (Collocation& c : collocations_) {
     for (Carrier& carrier : c.carriers) carrier = make_carrier();
-    c.response.resize(kN * kPoints, kN * kPoints);
+    c.response.resize(count() * kPoints, count() * kPoints);
   }
 }
 
-void ModalLevel::Carrier::prepare(const VectorXd& rate, double step) {
+template <int tcas>
+void ModalLevel<tcas>::Carrier::prepare(const VectorXd& rate, double step) {
   if (h == step) return;
   h = step;
   for (Index k = 0; k < rate.size(); ++k) {
@@ -87,14 +94,22 @@ void ModalLevel::Carrier::prepare(const VectorXd& rate, double step) {
   }
 }
 
-void ModalLevel::carry(State& state, const Carrier& carrier, const Forcing& forcing) {
+template <int tcas>
+auto ModalLevel<tcas>::state_of(std::span<double> memory) const -> State {
+  const Index n = model_.size();
+  return {Eigen::Map<VectorXd>(memory.data(), n), Eigen::Map<Channels>(memory.data() + n, channels()),
+          Eigen::Map<Channels>(memory.data() + n + channels(), channels())};
+}
+
+template <int tcas>
+void ModalLevel<tcas>::carry(State& state, const Carrier& carrier, const Forcing& forcing) {
   state.z.array() *= carrier.decay.array();
   for (int q = 0; q < kPowerTerms; ++q) {
     if ((forcing.col(q).array() == 0.0).all()) continue;
     z_.noalias() = load_ * forcing.col(q);
     state.z.array() += carrier.weight.col(q).array() * z_.array();
   }
-  for (Index c = 0; c < kChannels; ++c) {
+  for (Index c = 0; c < channels(); ++c) {
     std::array<double, kPowerTerms> derivatives;
     for (int q = 0; q < kPowerTerms; ++q) derivatives[q] = forcing(c, q);
     state.travel[c] += std::abs(forcing(c, 0) - state.last[c]) + variation(derivatives, carrier.h);
@@ -102,29 +117,31 @@ void ModalLevel::carry(State& state, const Carrier& carrier, const Forcing& forc
   }
 }
 
-Status ModalLevel::advance(std::span<double> memory, const Drive& drive, double h, double tolerance) {
-  const Index n = model_.size();
-  State state{Eigen::Map<VectorXd>(memory.data(), n), Eigen::Map<Channels>(memory.data() + n),
-              Eigen::Map<Channels>(memory.data() + n + kChannels)};
+template <int tcas>
+Status ModalLevel<tcas>::advance(std::span<double> memory, const Drive& drive, double h, double tolerance) {
+  const Index n_tcas = count();
+  State state = state_of(memory);
   if (circuit_.has_feedback()) {
     parts_ = 0;
     return advance_with_feedback(state, drive, 0.0, h, tolerance, 0);
   }
-  Forcing forcing = Forcing::Zero();
-  for (Index i = 0; i < kN; ++i) {
+  Forcing forcing = Forcing::Zero(channels(), kPowerTerms);
+  for (Index i = 0; i < n_tcas; ++i) {
     double power_of_1_volt = 0.0;
     if (Status status = circuit_.power(i, 1.0, 0.0, 0.0, power_of_1_volt); !status.is_ok())
       return std::move(status).as_error();
     const Sextic v2 = square(drive.V[i]);
     for (int q = 0; q < kPowerTerms; ++q) forcing(i, q) = v2[q] * power_of_1_volt;
   }
-  for (int q = 0; q < 4; ++q) forcing(kN, q) = drive.ambient_rise[q];
+  for (int q = 0; q < 4; ++q) forcing(n_tcas, q) = drive.ambient_rise[q];
   carrier_.prepare(model_.rate, h);
   carry(state, carrier_, forcing);
   return {};
 }
 
-ModalLevel::Collocation& ModalLevel::collocation(double h, int depth) {
+template <int tcas>
+auto ModalLevel<tcas>::collocation(double h, int depth) -> Collocation& {
+  const Index n_tcas = count();
   Collocation& c = collocations_[depth];
   if (c.h == h) return c;
   c.h = h;
@@ -138,31 +155,34 @@ ModalLevel::Collocation& ModalLevel::collocation(double h, int depth) {
         for (int q = 0; q < kPowerTerms; ++q, scale /= h) {
           weight += carrier.weight(k, q) * points().derivatives(q, n) * scale;
         }
-        for (Index i = 0; i < kN; ++i)
-          for (Index j = 0; j < kN; ++j) c.response(i + kN * m, j + kN * n) += load_(k, i) * load_(k, j) * weight;
+        for (Index i = 0; i < n_tcas; ++i)
+          for (Index j = 0; j < n_tcas; ++j)
+            c.response(i + n_tcas * m, j + n_tcas * n) += load_(k, i) * load_(k, j) * weight;
       }
     }
   }
   return c;
 }
 
-bool ModalLevel::solve_powers(const State& state, const Drive& drive, double from, const Forcing& ambient,
-                              const Collocation& c, double tolerance) {
+template <int tcas>
+bool ModalLevel<tcas>::solve_powers(const State& state, const Drive& drive, double from, const Forcing& ambient,
+                                    const Collocation& c, double tolerance) {
+  const Index n_tcas = count();
   // Rises without the TCAs' power, at every point.
   for (int m = 0; m < kPoints; ++m) {
     z_ = state.z;
     if (m > 0) {
       z_.array() *= c.carriers[m].decay.array();
       for (int q = 0; q < 4; ++q) {
-        z_.array() += ambient(kN, q) * c.carriers[m].weight.col(q).array() * load_.col(kN).array();
+        z_.array() += ambient(n_tcas, q) * c.carriers[m].weight.col(q).array() * load_.col(n_tcas).array();
       }
     }
-    for (Index i = 0; i < kN; ++i) base_rises_[i + kN * m] = load_.col(i).dot(z_);
+    for (Index i = 0; i < n_tcas; ++i) base_rises_[i + n_tcas * m] = load_.col(i).dot(z_);
   }
-  AtPoints v2, delta;
+  AtPoints v2(n_tcas, kPoints), delta(n_tcas, kPoints);
   for (int m = 0; m < kPoints; ++m) {
     const double s = from + points().at[m] * c.h;
-    for (Index i = 0; i < kN; ++i) {
+    for (Index i = 0; i < n_tcas; ++i) {
       v2(i, m) = std::pow(value(drive.V[i], s), 2);
       delta(i, m) = value(drive.delta[i], s);
       rises_(i, m) = base_rises_[i];
@@ -172,7 +192,7 @@ bool ModalLevel::solve_powers(const State& state, const Drive& drive, double fro
   for (int iteration = 0; iteration < kIterations && !has_settled; ++iteration) {
     double change = 0.0, largest = 0.0;
     for (int m = 0; m < kPoints; ++m)
-      for (Index i = 0; i < kN; ++i) {
+      for (Index i = 0; i < n_tcas; ++i) {
         const double resistance = circuit_.resistance(i, rises_(i, m), delta(i, m));
         if (!(resistance > 0.0)) return false;
         conductances_(i, m) = 1.0 / resistance;
@@ -182,38 +202,40 @@ bool ModalLevel::solve_powers(const State& state, const Drive& drive, double fro
         powers_(i, m) = power;
       }
     has_settled = iteration > 0 && change <= kSame * largest;
-    Eigen::Map<Eigen::Matrix<double, static_cast<int>(kTcas) * kPoints, 1>> flat_rises(rises_.data());
-    Eigen::Map<const Eigen::Matrix<double, static_cast<int>(kTcas) * kPoints, 1>> flat_powers(powers_.data());
+    Eigen::Map<Values> flat_rises(rises_.data(), n_tcas * kPoints);
+    Eigen::Map<const Values> flat_powers(powers_.data(), n_tcas * kPoints);
     flat_rises = base_rises_;
     flat_rises.noalias() += c.response * flat_powers;
   }
   if (!has_settled) return false;
   // Does degree 6 resolve the conductances? What its last term may do to a temperature by the end of the step.
-  for (Index i = 0; i < kN; ++i) {
+  for (Index i = 0; i < n_tcas; ++i) {
     const double rough = std::abs(conductances_.row(i).dot(points().finest)) * v2.row(i).maxCoeff();
-    const double gain = c.response.row(i + kN * (kPoints - 1)).cwiseAbs().sum();
+    const double gain = c.response.row(i + n_tcas * (kPoints - 1)).cwiseAbs().sum();
     if (!(rough * gain <= 0.1 * tolerance * (1.0 + std::abs(rises_(i, kPoints - 1))))) return false;
   }
   return true;
 }
 
-Status ModalLevel::advance_with_feedback(State& state, const Drive& drive, double from, double h, double tolerance,
-                                         int depth) {
+template <int tcas>
+Status ModalLevel<tcas>::advance_with_feedback(State& state, const Drive& drive, double from, double h,
+                                               double tolerance, int depth) {
+  const Index n_tcas = count();
   const Collocation& c = collocation(h, depth);
-  Forcing forcing = Forcing::Zero();
+  Forcing forcing = Forcing::Zero(channels(), kPowerTerms);
   const Cubic ambient = core::shifted(drive.ambient_rise, from);
-  for (int q = 0; q < 4; ++q) forcing(kN, q) = ambient[q];
+  for (int q = 0; q < 4; ++q) forcing(n_tcas, q) = ambient[q];
   if (solve_powers(state, drive, from, forcing, c, tolerance)) {
     double scale = 1.0;
     for (int q = 0; q < kPowerTerms; ++q, scale /= h) {
-      forcing.col(q).template head<kN>() = scale * (powers_ * points().derivatives.row(q).transpose());
+      forcing.col(q).template head<tcas>(n_tcas) = scale * (powers_ * points().derivatives.row(q).transpose());
     }
     carry(state, c.carriers[kPoints - 1], forcing);
     return {};
   }
   if (depth == kDeepest || ++parts_ > kMostParts) {
     PerTca rise{}, delta{};
-    for (Index i = 0; i < kN; ++i) {
+    for (Index i = 0; i < n_tcas; ++i) {
       rise[i] = load_.col(i).dot(state.z);
       delta[i] = value(drive.delta[i], from + h);
     }
@@ -229,27 +251,33 @@ Status ModalLevel::advance_with_feedback(State& state, const Drive& drive, doubl
   return advance_with_feedback(state, drive, from + 0.5 * h, 0.5 * h, tolerance, depth + 1);
 }
 
-Status ModalLevel::channels(const Eigen::Ref<const VectorXd>& z, const Drive& drive, Channels& input) const {
-  for (Index i = 0; i < kN; ++i) {
+template <int tcas>
+Status ModalLevel<tcas>::inputs(const Eigen::Ref<const VectorXd>& z, const Drive& drive, Channels& input) const {
+  const Index n_tcas = count();
+  for (Index i = 0; i < n_tcas; ++i) {
     Status status = circuit_.power(i, drive.V[i][0], load_.col(i).dot(z), drive.delta[i][0], input[i]);
     if (!status.is_ok()) return status;
   }
-  input[kN] = drive.ambient_rise[0];
+  input[n_tcas] = drive.ambient_rise[0];
   return {};
 }
 
-void ModalLevel::get_amplitudes(std::span<const double> memory, std::span<double> x) const {
+template <int tcas>
+void ModalLevel<tcas>::get_amplitudes(std::span<const double> memory, std::span<double> x) const {
   for (Index k = 0; k < model_.size(); ++k) x[k] = memory[k] / unit_;
 }
 
-void ModalLevel::set_amplitudes(std::span<double> memory, std::span<const double> x) const {
+template <int tcas>
+void ModalLevel<tcas>::set_amplitudes(std::span<double> memory, std::span<const double> x) const {
   for (Index k = 0; k < model_.size(); ++k) memory[k] = x[k] * unit_;
 }
 
 /// Refuses amplitudes that no heating reaches: temperatures below absolute zero or rises beyond kHottest. A host's
 /// explicit method with too long a step oscillates into both.
-Status ModalLevel::check_range(const Eigen::Ref<const VectorXd>& z) const {
-  for (Index i = 0; i < kN; ++i) {
+template <int tcas>
+Status ModalLevel<tcas>::check_range(const Eigen::Ref<const VectorXd>& z) const {
+  const Index n_tcas = count();
+  for (Index i = 0; i < n_tcas; ++i) {
     const double rise = load_.col(i).dot(z);
     if (rise >= -T_0_ && rise <= kHottest) continue;
     return Status::discard("T[" + std::to_string(i + 1) + "] = " + std::to_string(T_0_ + rise) +
@@ -259,48 +287,61 @@ Status ModalLevel::check_range(const Eigen::Ref<const VectorXd>& z) const {
   return {};
 }
 
-Status ModalLevel::rates(std::span<const double> memory, const Drive& drive, std::span<double> dx) {
+template <int tcas>
+Status ModalLevel<tcas>::rates(std::span<const double> memory, const Drive& drive, std::span<double> dx) {
   const Index n = model_.size();
   const Eigen::Map<const VectorXd> z(memory.data(), n);
-  Channels input;
-  if (Status status = channels(z, drive, input); !status.is_ok()) return status;
+  Channels input(channels());
+  if (Status status = inputs(z, drive, input); !status.is_ok()) return status;
   if (Status status = check_range(z); !status.is_ok()) return status;
   Eigen::Map<VectorXd>(dx.data(), n) = (load_ * input - model_.rate.cwiseProduct(z)) / unit_;
   return {};
 }
 
-Status ModalLevel::note_powers(std::span<double> memory, const Drive& drive) {
+template <int tcas>
+Status ModalLevel<tcas>::note_powers(std::span<double> memory, const Drive& drive) {
   const Index n = model_.size();
-  Channels now;
-  if (Status status = channels(Eigen::Map<const VectorXd>(memory.data(), n), drive, now); !status.is_ok())
-    return status;
-  Eigen::Map<Channels> last(memory.data() + n), travel(memory.data() + n + kChannels);
+  Channels now(channels());
+  if (Status status = inputs(Eigen::Map<const VectorXd>(memory.data(), n), drive, now); !status.is_ok()) return status;
+  Eigen::Map<Channels> last(memory.data() + n, channels()), travel(memory.data() + n + channels(), channels());
   travel += (now - last).cwiseAbs();
   last = now;
   return {};
 }
 
-Status ModalLevel::observe(std::span<const double> memory, const Drive& drive, Observation& seen) {
+template <int tcas>
+Status ModalLevel<tcas>::observe(std::span<const double> memory, const Drive& drive, Observation& seen) {
+  const Index n_tcas = count();
   const Index n = model_.size();
   const Eigen::Map<const VectorXd> z(memory.data(), n);
-  const Eigen::Map<const Channels> travel(memory.data() + n + kChannels);
-  Channels input;
-  if (Status status = channels(z, drive, input); !status.is_ok()) return status;
-  for (Index i = 0; i < kN; ++i) {
+  const Eigen::Map<const Channels> travel(memory.data() + n + channels(), channels());
+  Channels input(channels());
+  if (Status status = inputs(z, drive, input); !status.is_ok()) return status;
+  for (Index i = 0; i < n_tcas; ++i) {
     seen.rise[i] = load_.col(i).dot(z);
     seen.power[i] = input[i];
   }
   z_.noalias() = load_ * input;
   z_ -= model_.rate.cwiseProduct(z);
-  for (Index i = 0; i < kN; ++i) seen.rate[i] = load_.col(i).dot(z_);
-  const double surface = load_.col(kN).dot(z);
+  for (Index i = 0; i < n_tcas; ++i) seen.rate[i] = load_.col(i).dot(z_);
+  const double surface = load_.col(n_tcas).dot(z);
   seen.loss = surface - model_.surface_conductance * drive.ambient_rise[0];
   seen.surface_rise = surface / model_.surface_conductance;
   seen.stored = model_.capacity.dot(z);
   probes_.noalias() = model_.probe * z;
   seen.max_rise = model_.peak.of(probes_);
-  for (Index i = 0; i < kN; ++i) seen.bound = std::max(seen.bound, model_.step_bound.row(i).dot(travel));
+  for (Index i = 0; i < n_tcas; ++i) seen.bound = std::max(seen.bound, model_.step_bound.row(i).dot(travel));
   return {};
+}
+
+template class ModalLevel<static_cast<int>(core::kDefaultTcas)>;
+template class ModalLevel<Eigen::Dynamic>;
+
+std::unique_ptr<HeatLevel> make_modal_level(ModalModel model, const Parameters& parameters) {
+  constexpr int kDefault = static_cast<int>(core::kDefaultTcas);
+  if (parameters.tca.count == core::kDefaultTcas)
+    return std::make_unique<ModalLevel<kDefault>>(std::move(model), parameters);
+  return std::make_unique<ModalLevel<Eigen::Dynamic>>(std::move(model), parameters);
 }
 
 }  // namespace thermal

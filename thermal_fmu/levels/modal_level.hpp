@@ -9,6 +9,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <memory>
 #include <vector>
 
 #include "levels/heat_level.hpp"
@@ -18,11 +19,13 @@
 
 namespace thermal {
 
+/// The level, with the number of TCAs known when compiling (the default one: its loops unrolled), or Eigen::Dynamic.
+template <int tcas>
 class ModalLevel final : public HeatLevel {
  public:
   ModalLevel(ModalModel model, const Parameters& parameters);
 
-  std::size_t state_size() const override { return static_cast<std::size_t>(model_.size() + 2 * kChannels); }
+  std::size_t state_size() const override { return static_cast<std::size_t>(model_.size() + 2 * channels()); }
   int unknowns() const override { return static_cast<int>(model_.size()); }
   Status advance(std::span<double> state, const Drive& drive, double h, double tolerance) override;
   void retune(const Parameters& parameters) override;
@@ -35,11 +38,18 @@ class ModalLevel final : public HeatLevel {
 
  private:
   static constexpr int kPoints = kPowerTerms;
-  using Loads = Eigen::Matrix<double, Eigen::Dynamic, kChannels>;
+  // Inputs of the linear problem: the power of each TCA [W], then the rise of the surroundings [K].
+  static constexpr bool kIsFixed = tcas != Eigen::Dynamic;
+  static constexpr int kMostTcas = kIsFixed ? tcas : static_cast<int>(kMaxTcas), kMostChannels = kMostTcas + 1;
+  static constexpr int kChannels = kIsFixed ? tcas + 1 : Eigen::Dynamic;
+  static constexpr int kValues = kIsFixed ? tcas * kPoints : Eigen::Dynamic;
+  using Loads = Eigen::Matrix<double, Eigen::Dynamic, kChannels, Eigen::ColMajor, Eigen::Dynamic, kMostChannels>;
   using Weights = Eigen::Matrix<double, Eigen::Dynamic, kPowerTerms>;
-  using Channels = Eigen::Matrix<double, kChannels, 1>;
-  using Forcing = Eigen::Matrix<double, kChannels, kPowerTerms>;  // derivatives of the channels
-  using AtPoints = Eigen::Matrix<double, static_cast<int>(kTcas), kPoints>;
+  using Channels = Eigen::Matrix<double, kChannels, 1, Eigen::ColMajor, kMostChannels, 1>;
+  // Derivatives of the channels.
+  using Forcing = Eigen::Matrix<double, kChannels, kPowerTerms, Eigen::ColMajor, kMostChannels, kPowerTerms>;
+  using AtPoints = Eigen::Matrix<double, tcas, kPoints, Eigen::ColMajor, kMostTcas, kPoints>;
+  using Values = Eigen::Matrix<double, kValues, 1, Eigen::ColMajor, kMostTcas * kPoints, 1>;  // AtPoints in one column
 
   /// The caller's doubles: amplitudes, the channels' last values, and how far each has travelled (for the bound).
   struct State {
@@ -65,6 +75,9 @@ class ModalLevel final : public HeatLevel {
   };
 
   Carrier make_carrier() const;
+  Eigen::Index count() const { return kIsFixed ? tcas : load_.cols() - 1; }
+  Eigen::Index channels() const { return count() + 1; }
+  State state_of(std::span<double> memory) const;
   void carry(State& state, const Carrier& carrier, const Forcing& forcing);
   Status advance_with_feedback(State& state, const Drive& drive, double from, double h, double tolerance, int depth);
   /// Powers at the points of a step. False: they do not settle, or are not resolved; a shorter step may do.
@@ -73,7 +86,7 @@ class ModalLevel final : public HeatLevel {
   Collocation& collocation(double h, int depth);
   Status check_range(const Eigen::Ref<const Eigen::VectorXd>& z) const;
   /// Powers and ambient rise at the start of the drive.
-  Status channels(const Eigen::Ref<const Eigen::VectorXd>& z, const Drive& drive, Channels& input) const;
+  Status inputs(const Eigen::Ref<const Eigen::VectorXd>& z, const Drive& drive, Channels& input) const;
 
   ModalModel model_;
   Loads load_;
@@ -86,8 +99,13 @@ class ModalLevel final : public HeatLevel {
   Carrier carrier_;
   std::vector<Collocation> collocations_;  // by depth of halving
   AtPoints powers_, rises_, conductances_;
-  Eigen::Matrix<double, static_cast<int>(kTcas) * kPoints, 1> base_rises_;
+  Values base_rises_;
   Eigen::VectorXd z_, probes_;
 };
+
+extern template class ModalLevel<static_cast<int>(core::kDefaultTcas)>;
+extern template class ModalLevel<Eigen::Dynamic>;
+
+std::unique_ptr<HeatLevel> make_modal_level(ModalModel model, const Parameters& parameters);
 
 }  // namespace thermal

@@ -6,6 +6,8 @@
 #include <numeric>
 #include <sstream>
 
+#include "mesh/cells.hpp"
+
 namespace thermal {
 namespace {
 
@@ -45,18 +47,20 @@ std::vector<double> graded(double ratio, double widest_ratio) {
 }
 
 /// TCA indices by azimuth in [0, 2 pi).
-std::vector<std::size_t> sorted(const PerTca& azimuth) {
-  std::vector<std::size_t> order(kTcas);
+std::vector<std::size_t> sorted(const Tca& tca) {
+  std::vector<std::size_t> order(tca.count);
   std::iota(order.begin(), order.end(), 0);
   std::sort(order.begin(), order.end(),
-            [&](std::size_t a, std::size_t b) { return turn(0.0, azimuth[a]) < turn(0.0, azimuth[b]); });
+            [&](std::size_t a, std::size_t b) { return turn(0.0, tca.azimuth[a]) < turn(0.0, tca.azimuth[b]); });
   return order;
 }
 
+Vector2d axis_of(const Tca& tca, std::size_t i) { return on_circle(tca.offset[i], tca.azimuth[i]); }
+
 /// Points along the bisector between two neighbours, from the axis to the rim, evenly spread in angle as seen from
 /// either TCA: the two are mirror images, so they agree on the points.
-std::vector<Vector2d> bisector(const Body& body, const Tca& tca, double azimuth, double gap) {
-  const Vector2d axis = on_circle(tca.offset, azimuth);
+std::vector<Vector2d> bisector(const Body& body, double offset, double azimuth, double gap) {
+  const Vector2d axis = on_circle(offset, azimuth);
   const double direction = azimuth + 0.5 * gap;
   const Vector2d rim = on_circle(body.radius, direction);
   const double first = angle_of(-axis);
@@ -96,10 +100,11 @@ std::vector<Curve> rim_arcs(const Body& body, const Vector2d& axis, double from,
 /// Ends of the ruled rings, as fractions of the way from the TCA's circle to the sector's boundary: two, and finer ones
 /// at the circle where the body around a TCA of little heat capacity matters from a thin layer on, or where a TCA is so
 /// thin that a ring would span more than kWidestRatio of radii (the field goes as the logarithm of the radius).
-std::vector<double> ruled_rings(const Body& body, const Tca& tca) {
+std::vector<double> ruled_rings(const Body& body, const Tca& tca, std::size_t i) {
   constexpr double kFirst = 0.33, kFiner = 5.0, kThinnest = 1e-4;
-  const double b = tca.outer_radius, a = tca.inner_radius;
-  const double layer = tca.rho_c * (b * b - a * a) / (2.0 * b * body.rho_c);  // of body with a TCA's heat capacity [m]
+  const double b = tca.outer_radius[i], a = tca.inner_radius[i];
+  const double layer =
+      tca.rho_c[i] * (b * b - a * a) / (2.0 * b * body.rho_c);  // of body with a TCA's heat capacity [m]
   std::vector<double> ends{1.0, kFirst};
   const double reach = body.radius / b - 1.0;  // longest way, in radii of the TCA
   while ((ends.back() * b > 3.0 * layer || ends.back() * reach > kWidestRatio) && ends.back() > kThinnest)
@@ -108,21 +113,153 @@ std::vector<double> ruled_rings(const Body& body, const Tca& tca) {
   return {ends.rbegin(), ends.rend()};
 }
 
-/// One piece of a sector: annulus and ruled rings between the TCA's axis and a stretch of the sector's boundary.
-void add_piece(const Body& body, const Tca& tca, int index, const Vector2d& axis, const Curve& boundary,
-               bool is_at_surface, std::vector<Patch>& patches) {
+/// One piece of a cell: annulus and ruled rings between the TCA's axis and a stretch of the cell's boundary.
+void add_piece(const Body& body, const Tca& tca, std::size_t i, const Curve& boundary, bool is_at_surface,
+               std::vector<Patch>& patches) {
+  const Vector2d axis = axis_of(tca, i);
+  const double inner = tca.inner_radius[i], outer = tca.outer_radius[i];
   const double from = angle_of(boundary.at(-1.0) - axis);
   const double to = from + turn(from, angle_of(boundary.at(1.0) - axis));
-  const Curve bore = Curve::arc(axis, tca.inner_radius, from, to);
-  const Curve circle = Curve::arc(axis, tca.outer_radius, from, to);
-  const std::vector<double> annulus = graded(tca.outer_radius / tca.inner_radius, kWidestRatio);
-  for (std::size_t i = 0; i + 1 < annulus.size(); ++i) {
-    patches.push_back({bore, circle, annulus[i], annulus[i + 1], index, false});
+  const Curve bore = Curve::arc(axis, inner, from, to);
+  const Curve circle = Curve::arc(axis, outer, from, to);
+  const std::vector<double> annulus = graded(outer / inner, kWidestRatio);
+  for (std::size_t k = 0; k + 1 < annulus.size(); ++k) {
+    patches.push_back({bore, circle, annulus[k], annulus[k + 1], static_cast<int>(i), false});
   }
-  const std::vector<double> ruled = ruled_rings(body, tca);
-  for (std::size_t i = 0; i + 1 < ruled.size(); ++i) {
-    patches.push_back({circle, boundary, ruled[i], ruled[i + 1], -1, i + 2 == ruled.size() && is_at_surface});
+  const std::vector<double> ruled = ruled_rings(body, tca, i);
+  for (std::size_t k = 0; k + 1 < ruled.size(); ++k) {
+    patches.push_back({circle, boundary, ruled[k], ruled[k + 1], -1, k + 2 == ruled.size() && is_at_surface});
   }
+}
+
+/// True for several TCAs of one radius on one circle about the axis: their cells are sectors.
+bool is_ring(const Tca& tca) {
+  const auto is_even = [&](const PerTca& values) {
+    return std::all_of(values.begin(), values.begin() + tca.count, [&](double each) { return each == values[0]; });
+  };
+  return tca.count > 1 && tca.offset[0] > 0.0 && is_even(tca.outer_radius) && is_even(tca.offset);
+}
+
+/// The patches of a ring of TCAs.
+std::vector<Patch> sectors(const Body& body, const Tca& tca) {
+  const std::size_t n = tca.count;
+  const std::vector<std::size_t> order = sorted(tca);
+  std::vector<Patch> patches;
+  PerTca gap{};
+  std::array<std::vector<Vector2d>, kMaxTcas> bisectors;  // after each TCA, counter-clockwise
+  for (std::size_t k = 0; k < n; ++k) {
+    const double here = tca.azimuth[order[k]];
+    gap[k] = turn(here, tca.azimuth[order[(k + 1) % n]]);
+    bisectors[k] = bisector(body, tca.offset[0], here, gap[k]);
+  }
+  for (std::size_t k = 0; k < n; ++k) {
+    const std::size_t before = (k + n - 1) % n, i = order[k];
+    const double azimuth = tca.azimuth[i];
+    // Counter-clockwise: out along one bisector, round the rim, back along the other.
+    const std::vector<Vector2d>& out = bisectors[before];
+    for (std::size_t p = 0; p + 1 < out.size(); ++p)
+      add_piece(body, tca, i, Curve::segment(out[p], out[p + 1]), false, patches);
+    for (const Curve& arc : rim_arcs(body, axis_of(tca, i), azimuth - 0.5 * gap[before], azimuth + 0.5 * gap[k]))
+      add_piece(body, tca, i, arc, true, patches);
+    const std::vector<Vector2d>& back = bisectors[k];
+    for (std::size_t p = back.size() - 1; p > 0; --p)
+      add_piece(body, tca, i, Curve::segment(back[p], back[p - 1]), false, patches);
+  }
+  return patches;
+}
+
+/// The angle under which a stretch is seen from an axis, counter-clockwise or not [rad].
+double view(const Vector2d& axis, const Vector2d& from, const Vector2d& to) {
+  const double angle = turn(angle_of(from - axis), angle_of(to - axis));
+  return std::min(angle, kTurn - angle);
+}
+
+/// Points that cut a wall for the TCAs on both its sides: evenly spread in angle as seen from each, the mean of the
+/// two, so many that neither sees a piece under a wide angle.
+std::vector<Vector2d> wall_points(const Wall& wall, const std::vector<Circle>& circles) {
+  constexpr double kSlack = 1.2;  // of the widest view, for pieces that are a compromise
+  constexpr int kMostPieces = 64;
+  const std::array<Vector2d, 2> axes{circles[wall.first].centre, circles[wall.second].centre};
+  const Vector2d along = wall.to - wall.from;
+  int n = 1;
+  for (const Vector2d& axis : axes) n = std::max(n, pieces(view(axis, wall.from, wall.to), kWidestBisectorView));
+  for (;; ++n) {
+    std::vector<Vector2d> points{wall.from};
+    for (int k = 1; k < n; ++k) {
+      double share = 0.0;
+      for (const Vector2d& axis : axes) {
+        const Vector2d first = wall.from - axis;
+        const double full = view(axis, wall.from, wall.to);
+        const double sense = first.x() * along.y() - first.y() * along.x() < 0.0 ? -1.0 : 1.0;
+        const Vector2d ray = on_circle(1.0, angle_of(first) + sense * full * k / n);
+        // axis + a ray = from + share along
+        share += 0.5 * (ray.x() * first.y() - ray.y() * first.x()) / (along.x() * ray.y() - along.y() * ray.x());
+      }
+      points.push_back(wall.from + share * along);
+    }
+    points.push_back(wall.to);
+    bool is_narrow = true;
+    for (int k = 0; k < n; ++k)
+      for (const Vector2d& axis : axes)
+        is_narrow = is_narrow && view(axis, points[k], points[k + 1]) <= kSlack * kWidestBisectorView;
+    if (is_narrow || n == kMostPieces) return points;
+  }
+}
+
+/// The patches of TCAs of any radii, anywhere.
+std::vector<Patch> cells(const Body& body, const Tca& tca) {
+  std::vector<Circle> circles;
+  for (std::size_t i = 0; i < tca.count; ++i) circles.push_back({axis_of(tca, i), tca.outer_radius[i]});
+  double gap = body.radius;
+  for (std::size_t i = 0; i < circles.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j)
+      gap = std::min(gap, (circles[i].centre - circles[j].centre).norm() - circles[i].radius - circles[j].radius);
+  const std::vector<Wall> between = walls(circles, body.radius, gap);
+  std::vector<std::vector<Vector2d>> cuts;
+  for (const Wall& wall : between) cuts.push_back(wall_points(wall, circles));
+  std::vector<Patch> patches;
+  for (std::size_t i = 0; i < tca.count; ++i) {
+    const Vector2d& axis = circles[i].centre;
+    if (tca.count == 1)
+      for (const Curve& arc : rim_arcs(body, axis, tca.azimuth[0], tca.azimuth[0] + kTurn))
+        add_piece(body, tca, 0, arc, true, patches);
+    for (const Side& side : cell_sides(circles, between, i)) {
+      if (side.wall == kRim) {
+        const double from = angle_of(side.from);
+        for (const Curve& arc : rim_arcs(body, axis, from, from + turn(from, angle_of(side.to))))
+          add_piece(body, tca, i, arc, true, patches);
+        continue;
+      }
+      std::vector<Vector2d> points = cuts[side.wall];
+      if (side.is_reversed) std::reverse(points.begin(), points.end());
+      for (std::size_t p = 0; p + 1 < points.size(); ++p)
+        add_piece(body, tca, i, Curve::segment(points[p], points[p + 1]), false, patches);
+    }
+  }
+  return patches;
+}
+
+/// Refuses a TCA that does not fit into the body on its own.
+core::Status check_tca(const Body& body, const Tca& tca, std::size_t i) {
+  const auto metres = [](double low, double high) {
+    std::ostringstream text;
+    text << "more than " << low << " and less than " << high << " m";
+    return text.str();
+  };
+  const std::string index = "[" + std::to_string(i + 1) + "]";
+  const double outer = tca.outer_radius[i], inner = tca.inner_radius[i], gap = kLeastGap * outer;
+  if (!(outer > 0.0) || !(outer < body.radius))
+    return out_of_range("tca.outer_radius" + index, outer, metres(0.0, body.radius),
+                        "a TCA must fit into the body (body.radius)");
+  if (!(inner > 0.0) || !(inner < outer - gap))
+    return out_of_range("tca.inner_radius" + index, inner, metres(0.0, outer - gap),
+                        "the bore must be smaller than the TCA (tca.outer_radius)");
+  const double farthest = body.radius - outer - gap;
+  if (!(tca.offset[i] >= 0.0) || !(tca.offset[i] <= farthest))
+    return out_of_range(
+        "tca.offset" + index, tca.offset[i], "0 to " + std::to_string(farthest) + " m (body.radius - tca.outer_radius)",
+        "the TCA would stick out of the body: reduce tca.offset or tca.outer_radius, or enlarge body.radius");
+  return {};
 }
 
 }  // namespace
@@ -151,80 +288,26 @@ Vector2d Curve::slope(double s) const {
 }
 
 core::Status check(const Body& body, const Tca& tca) {
-  const auto metres = [](double low, double high) {
-    std::ostringstream text;
-    text << "more than " << low << " and less than " << high << " m";
-    return text.str();
-  };
   if (!(body.radius > 0.0))
     return out_of_range("body.radius", body.radius, "more than 0 m", "give the body's outer radius");
   if (!(body.length > 0.0)) return out_of_range("body.length", body.length, "more than 0 m", "give the body's length");
-  const double gap = kLeastGap * tca.outer_radius;
-  if (!(tca.outer_radius > 0.0) || !(tca.outer_radius < body.radius)) {
-    return out_of_range("tca.outer_radius", tca.outer_radius, metres(0.0, body.radius),
-                        "a TCA must fit into the body (body.radius)");
-  }
-  if (!(tca.inner_radius > 0.0) || !(tca.inner_radius < tca.outer_radius - gap)) {
-    return out_of_range("tca.inner_radius", tca.inner_radius, metres(0.0, tca.outer_radius - gap),
-                        "the bore must be smaller than the TCA (tca.outer_radius)");
-  }
-  const double farthest = body.radius - tca.outer_radius - gap;
-  if (!(tca.offset >= 0.0) || !(tca.offset <= farthest)) {
-    return out_of_range(
-        "tca.offset", tca.offset, "0 to " + std::to_string(farthest) + " m (body.radius - tca.outer_radius)",
-        "the TCA would stick out of the body: reduce tca.offset or tca.outer_radius, or enlarge body.radius");
-  }
-  if (kTcas == 1) return {};
-  const std::vector<std::size_t> order = sorted(tca.azimuth);
-  for (std::size_t k = 0; k < kTcas; ++k) {
-    const std::size_t i = order[k], j = order[(k + 1) % kTcas];
-    const double distance = (on_circle(tca.offset, tca.azimuth[i]) - on_circle(tca.offset, tca.azimuth[j])).norm();
-    if (!(distance >= 2.0 * tca.outer_radius + gap)) {
-      return out_of_range(
-          "the distance between the axes of TCA " + std::to_string(i + 1) + " and TCA " + std::to_string(j + 1),
-          distance, "at least " + std::to_string(2.0 * tca.outer_radius + gap) + " m (two outer radii)",
-          "the TCAs overlap: move tca.azimuth apart, enlarge tca.offset or reduce tca.outer_radius");
+  for (std::size_t i = 0; i < tca.count; ++i)
+    if (core::Status status = check_tca(body, tca, i); !status.is_ok()) return status;
+  for (std::size_t i = 0; i < tca.count; ++i)
+    for (std::size_t j = i + 1; j < tca.count; ++j) {
+      const double b = tca.outer_radius[i], c = tca.outer_radius[j], least = b + c + kLeastGap * std::min(b, c);
+      const double distance = (axis_of(tca, i) - axis_of(tca, j)).norm();
+      if (!(distance >= least))
+        return out_of_range(
+            "the distance between the axes of TCA " + std::to_string(i + 1) + " and TCA " + std::to_string(j + 1),
+            distance, "at least " + std::to_string(least) + " m (their two outer radii)",
+            "the TCAs overlap: move tca.azimuth apart, enlarge tca.offset or reduce tca.outer_radius");
     }
-  }
   return {};
 }
 
 std::vector<Patch> cross_section(const Body& body, const Tca& tca) {
-  std::vector<Patch> patches;
-  if (kTcas == 1) {
-    const double azimuth = tca.azimuth[0];
-    const Vector2d axis = on_circle(tca.offset, azimuth);
-    for (const Curve& arc : rim_arcs(body, axis, azimuth, azimuth + kTurn))
-      add_piece(body, tca, 0, axis, arc, true, patches);
-    return patches;
-  }
-  const std::vector<std::size_t> order = sorted(tca.azimuth);
-  std::array<double, kTcas> gap{};
-  std::array<std::vector<Vector2d>, kTcas> bisectors;  // after each TCA, counter-clockwise
-  for (std::size_t k = 0; k < kTcas; ++k) {
-    const double here = tca.azimuth[order[k]];
-    gap[k] = turn(here, tca.azimuth[order[(k + 1) % kTcas]]);
-    bisectors[k] = bisector(body, tca, here, gap[k]);
-  }
-  for (std::size_t k = 0; k < kTcas; ++k) {
-    const std::size_t before = (k + kTcas - 1) % kTcas;
-    const int index = static_cast<int>(order[k]);
-    const double azimuth = tca.azimuth[order[k]];
-    const Vector2d axis = on_circle(tca.offset, azimuth);
-    // Counter-clockwise: out along one bisector, round the rim, back along the other.
-    const std::vector<Vector2d>& out = bisectors[before];
-    for (std::size_t i = 0; i + 1 < out.size(); ++i) {
-      add_piece(body, tca, index, axis, Curve::segment(out[i], out[i + 1]), false, patches);
-    }
-    for (const Curve& arc : rim_arcs(body, axis, azimuth - 0.5 * gap[before], azimuth + 0.5 * gap[k])) {
-      add_piece(body, tca, index, axis, arc, true, patches);
-    }
-    const std::vector<Vector2d>& back = bisectors[k];
-    for (std::size_t i = back.size() - 1; i > 0; --i) {
-      add_piece(body, tca, index, axis, Curve::segment(back[i], back[i - 1]), false, patches);
-    }
-  }
-  return patches;
+  return is_ring(tca) ? sectors(body, tca) : cells(body, tca);
 }
 
 }  // namespace thermal

@@ -1,9 +1,10 @@
 // The cross-section as curved quadrilaterals: a disc (body) with N round holes (bores), each in an annulus (TCA).
 //
-// Every TCA owns the sector up to the bisectors towards its neighbours. Round its circle the sector is cut where the
-// bisectors meet at the axis and the rim, and further so that no piece is seen from the TCA's axis under a wide angle.
-// Each piece is ruled twice: bore to TCA circle, TCA circle to the sector's boundary; both rings are split radially as
-// their ratio of radii asks for. Circles are exact.
+// Every TCA owns the cell of the points that are nearest to it (cells.hpp): a convex region, for TCAs of one radius on
+// one circle the sector up to the bisectors towards its neighbours. Round the TCA the cell is cut where its boundary
+// has corners, and further so that no piece is seen from the TCA's axis under a wide angle. Each piece is ruled twice:
+// bore to TCA circle, TCA circle to the cell's boundary; both rings are split radially as their ratio of radii asks
+// for. Circles are exact.
 #pragma once
 
 #include <Eigen/Core>

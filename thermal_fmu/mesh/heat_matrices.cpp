@@ -112,7 +112,8 @@ core::Result<HeatMatrices> heat_matrices(const Parameters& parameters, int order
 
   HeatMatrices m;
   m.mass = Eigen::VectorXd::Zero(count);
-  m.loads = MatrixXd::Zero(count, kChannels);
+  const auto surface = static_cast<Index>(tca.count);  // column of the loads, behind the TCAs
+  m.loads = MatrixXd::Zero(count, surface + 1);
   std::vector<Eigen::Triplet<double>> entries;
   entries.reserve(patches.size() * (locals * locals + n));
   std::vector<bool> is_probe(count, false);
@@ -121,8 +122,8 @@ core::Result<HeatMatrices> heat_matrices(const Parameters& parameters, int order
     const Element& e = elements[k];
     const int* node = number.data() + k * locals;
     const bool is_tca = patch.tca >= 0;
-    const double rho_c = body.length * (is_tca ? tca.rho_c : body.rho_c);
-    const double conductivity = body.length * (is_tca ? tca.k : body.k);
+    const double rho_c = body.length * (is_tca ? tca.rho_c[patch.tca] : body.rho_c);
+    const double conductivity = body.length * (is_tca ? tca.k[patch.tca] : body.k);
     for (Index b = 0; b < locals; ++b) {
       m.mass[node[b]] += rho_c * e.area[b];
       if (is_tca) m.loads(node[b], patch.tca) += e.area[b], is_probe[node[b]] = true;
@@ -134,13 +135,13 @@ core::Result<HeatMatrices> heat_matrices(const Parameters& parameters, int order
     for (Index i = 0; i < n; ++i) {
       const int at = node[i + n * (n - 1)];
       const double convection = parameters.h * body.length * e.edge[i];
-      m.loads(at, kChannels - 1) += convection;
+      m.loads(at, surface) += convection;
       entries.emplace_back(at, at, convection);
       is_probe[at] = true;
     }
   }
-  for (int i = 0; i + 1 < kChannels; ++i) m.loads.col(i) /= m.loads.col(i).sum();  // annulus area -> mean
-  m.surface_conductance = m.loads.col(kChannels - 1).sum();
+  for (Index i = 0; i < surface; ++i) m.loads.col(i) /= m.loads.col(i).sum();  // annulus area -> mean
+  m.surface_conductance = m.loads.col(surface).sum();
   m.stiffness.resize(count, count);
   m.stiffness.setFromTriplets(entries.begin(), entries.end());
   std::vector<int> probe_of(count, -1);

@@ -27,6 +27,7 @@ struct HeatMatrices {
   double error = 0.0;                     // estimate for any T_i, in units of the reference rise; 0: not estimated
 
   Eigen::Index size() const { return mass.size(); }
+  Eigen::Index tcas() const { return loads.cols() - 1; }
 };
 
 /// Fails where check() of the cross-section does, or when an element is folded.

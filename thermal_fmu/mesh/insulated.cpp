@@ -30,15 +30,15 @@ SparseMatrix pinned(const SparseMatrix& matrix, Index pin) {
 // alone), the rows but `pin` read  stiffness_rr D = load - surface T_pin,  and the sum of all rows reads
 // surface' D + h S T_pin = 1 W.
 MatrixXd rises_above_surface(const HeatMatrices& m) {
-  const auto surface = m.loads.col(kChannels - 1);
+  const auto surface = m.loads.col(m.tcas());
   Index pin = 0;
   surface.maxCoeff(&pin);
   const Eigen::SimplicialLDLT<SparseMatrix> factor(pinned(m.stiffness, pin));
   MatrixXd loads = m.loads;
   loads.row(pin).setZero();
   const MatrixXd solved = factor.solve(loads);
-  const auto by_surface = solved.col(kChannels - 1);
-  MatrixXd above = solved.leftCols(static_cast<Index>(kTcas));
+  const auto by_surface = solved.col(m.tcas());
+  MatrixXd above = solved.leftCols(m.tcas());
   for (Index i = 0; i < above.cols(); ++i) {
     const double at_pin = (1.0 - surface.dot(above.col(i))) / (m.surface_conductance - surface.dot(by_surface));
     above.col(i) -= by_surface * at_pin;

@@ -25,15 +25,15 @@ struct Units {
 Units units_of(const HeatMatrices& m) {
   Units units;
   const Eigen::SimplicialLDLT<SparseMatrix> factor(m.stiffness);
-  const MatrixXd steady = m.loads.transpose() * factor.solve(m.loads.leftCols(kTcas));
+  const Eigen::Index tcas = m.tcas();
+  const MatrixXd steady = m.loads.transpose() * factor.solve(m.loads.leftCols(tcas));
   Eigen::Index hottest = 0;
-  const double rise = steady.topRows(kTcas).diagonal().maxCoeff(&hottest);
-  const double above = rise - steady(kChannels - 1, hottest) / m.surface_conductance;
+  const double rise = steady.topRows(tcas).diagonal().maxCoeff(&hottest);
+  const double above = rise - steady(tcas, hottest) / m.surface_conductance;
   units.is_insulated = is_insulated(rise, above);
-  units.rise =
-      units.is_insulated
-          ? kSurfaceShare * (m.loads.leftCols(kTcas).transpose() * rises_above_surface(m)).diagonal().maxCoeff()
-          : reference_rise(rise, above);
+  units.rise = units.is_insulated
+                   ? kSurfaceShare * (m.loads.leftCols(tcas).transpose() * rises_above_surface(m)).diagonal().maxCoeff()
+                   : reference_rise(rise, above);
   units.slowest = 1.0 / (units.rise * m.mass.sum());
   return units;
 }
@@ -42,18 +42,19 @@ Units units_of(const HeatMatrices& m) {
 class Response {
  public:
   Response(const HeatMatrices& matrices, const Units& units) : m_(matrices), units_(units), loads_(matrices.loads) {
-    loads_.col(kChannels - 1) *= std::sqrt(units.rise / m_.surface_conductance);  // so that it counts like a TCA's
+    loads_.col(m_.tcas()) *= std::sqrt(units.rise / m_.surface_conductance);  // so that it counts like a TCA's
     factor_.analyzePattern(m_.stiffness);
   }
 
   /// An insulated section's is not compared: 1/(h S) whatever the mesh.
-  MatrixXd steady() { return units_.is_insulated ? MatrixXd::Zero(kTcas, kChannels).eval() : at(0.0); }
+  MatrixXd steady() { return units_.is_insulated ? MatrixXd::Zero(m_.tcas(), loads_.cols()).eval() : at(0.0); }
 
   /// Those of all frequencies, side by side.
   MatrixXd dynamic() {
-    MatrixXd all(kTcas, kChannels * kFrequencies.size());
+    const Eigen::Index channels = loads_.cols();
+    MatrixXd all(m_.tcas(), channels * static_cast<Eigen::Index>(kFrequencies.size()));
     for (std::size_t k = 0; k < kFrequencies.size(); ++k)
-      all.middleCols(static_cast<Eigen::Index>(k) * kChannels, kChannels) = at(kFrequencies[k] * units_.slowest);
+      all.middleCols(static_cast<Eigen::Index>(k) * channels, channels) = at(kFrequencies[k] * units_.slowest);
     return all;
   }
 
@@ -62,7 +63,7 @@ class Response {
     SparseMatrix shifted = m_.stiffness;
     shifted.diagonal() += s * m_.mass;
     factor_.factorize(shifted);
-    return m_.loads.leftCols(kTcas).transpose() * factor_.solve(loads_) / units_.rise;
+    return m_.loads.leftCols(m_.tcas()).transpose() * factor_.solve(loads_) / units_.rise;
   }
 
   const HeatMatrices& m_;

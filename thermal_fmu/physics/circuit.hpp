@@ -1,5 +1,5 @@
 // The TCAs as resistors (Joule heat, Eq. 2):
-//     R_i = R_ref,i [1 + alpha_T (T_i - T_ref) + beta delta_i / L], P_i = V_i^2 / R_i.
+//     R_i = R_ref,i [1 + alpha_T,i (T_i - T_ref) + beta_i delta_i / L], P_i = V_i^2 / R_i.
 #pragma once
 
 #include <cmath>
@@ -16,11 +16,13 @@ class Circuit {
   explicit Circuit(const Parameters& p)
       : tca_(p.tca), T_0_(p.T_0), length_(p.body.length), has_feedback_(p.has_feedback()) {}
 
+  std::size_t count() const { return tca_.count; }
+
   bool has_feedback() const { return has_feedback_; }
 
   /// [ohm]; not positive where the linear law has left its range.
   double resistance(std::size_t i, double rise, double delta) const {
-    return tca_.R[i] * (1.0 + tca_.alpha_T * (T_0_ + rise - tca_.T_ref) + tca_.beta * delta / length_);
+    return tca_.R[i] * (1.0 + tca_.alpha_T[i] * (T_0_ + rise - tca_.T_ref) + tca_.beta[i] * delta / length_);
   }
 
   /// Writes the power [W]. Fails where the resistance is not positive or the power is not finite.
@@ -42,7 +44,7 @@ class Circuit {
   template <class Rises, class Deltas>
   core::Status explain(const Rises& rise, const Deltas& delta) const {
     if (!has_feedback_) return {};
-    for (std::size_t i = 0; i < kTcas; ++i) {
+    for (std::size_t i = 0; i < tca_.count; ++i) {
       const double ohm = resistance(i, rise[i], delta[i]);
       if (!(ohm > 0.0)) return not_positive(i, rise[i], delta[i]);
       if (ohm > kBlowUp * tca_.R[i]) continue;

@@ -1,27 +1,25 @@
 // The parameters of the heat problem of one cross-section, times the body's length. Defaults: the set `fig3`.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 
-#ifndef TCA_COUNT
-#define TCA_COUNT 3
-#endif
+#include "core/capacity.hpp"
 
 namespace thermal {
 
-inline constexpr std::size_t kTcas = TCA_COUNT;
-static_assert(kTcas >= 1 && kTcas <= 6, "TCA_COUNT must lie in 1..6");
+using core::kMaxTcas;
 
-using PerTca = std::array<double, kTcas>;
-
-/// Inputs of the linear heat problem: the power of each TCA [W], then the rise of the surroundings [K].
-inline constexpr int kChannels = static_cast<int>(kTcas) + 1;
+/// One value per TCA; those from the number of TCAs on are not used.
+using PerTca = std::array<double, kMaxTcas>;
 
 /// Evenly spread azimuths 2 pi i / N [rad].
-constexpr PerTca even_azimuths() {
+constexpr PerTca even_azimuths(std::size_t count) {
   PerTca azimuth{};
-  for (std::size_t i = 0; i < kTcas; ++i) azimuth[i] = 6.283185307179586 * static_cast<double>(i) / kTcas;
+  for (std::size_t i = 0; i < count; ++i)
+    azimuth[i] = 6.283185307179586 * static_cast<double>(i) / static_cast<double>(count);
   return azimuth;
 }
 
@@ -41,21 +39,33 @@ struct Body {
   bool operator==(const Body&) const = default;
 };
 
+/// The TCAs, each with values of its own.
 struct Tca {
-  double outer_radius = 0.85e-3;     // [m]
-  double inner_radius = 0.2e-3;      // radius of the bore [m]
-  double offset = 2.5e-3;            // from the body's axis to a TCA's axis [m]
-  PerTca azimuth = even_azimuths();  // [rad]
-  double k = 0.19;                   // [W/(m K)]
-  double rho_c = 0.969e6;            // [J/(m3 K)]
-  PerTca R = filled(6.9);            // resistance of each TCA at T_ref and delta = 0 [ohm]
-  double alpha_T = 0.0;              // relative change of resistance with temperature [1/K]
-  double beta = 0.0;                 // relative change of resistance with strain delta/length [1]
-  double T_ref = 298.15;             // temperature at which R holds [K]
+  std::size_t count = core::kDefaultTcas;              // of those that there are
+  PerTca outer_radius = filled(0.85e-3);               // [m]
+  PerTca inner_radius = filled(0.2e-3);                // radius of the bore [m]
+  PerTca offset = filled(2.5e-3);                      // from the body's axis to the TCA's axis [m]
+  PerTca azimuth = even_azimuths(core::kDefaultTcas);  // [rad]
+  PerTca k = filled(0.19);                             // [W/(m K)]
+  PerTca rho_c = filled(0.969e6);                      // [J/(m3 K)]
+  PerTca R = filled(6.9);                              // resistance at T_ref and delta = 0 [ohm]
+  PerTca alpha_T{};                                    // relative change of resistance with temperature [1/K]
+  PerTca beta{};                                       // relative change of resistance with strain delta/length [1]
+  double T_ref = 298.15;                               // temperature at which R holds [K]
   bool operator==(const Tca&) const = default;
 };
 
 struct Parameters {
+  Parameters() = default;
+  /// Start values at that number of TCAs, evenly spread; thinner ones where the usual ones would not fit side by side.
+  explicit Parameters(std::size_t tcas) {
+    constexpr double kShare = 0.9;  // of the radius at which neighbours touch
+    tca.count = tcas;
+    tca.azimuth = even_azimuths(tcas);
+    const double touching = tca.offset[0] * std::sin(3.141592653589793 / static_cast<double>(tcas));
+    if (tcas > 1) tca.outer_radius = filled(std::min(tca.outer_radius[0], kShare * touching));
+  }
+
   Body body;
   Tca tca;
   double h = 20.0;      // heat transfer at the outer circle [W/(m2 K)]
@@ -70,7 +80,12 @@ struct Parameters {
     return other == *this;
   }
 
-  bool has_feedback() const { return tca.alpha_T != 0.0 || tca.beta != 0.0; }
+  bool has_feedback() const {
+    const auto acts = [&](const PerTca& values) {
+      return std::any_of(values.begin(), values.begin() + tca.count, [](double each) { return each != 0.0; });
+    };
+    return acts(tca.alpha_T) || acts(tca.beta);
+  }
 };
 
 }  // namespace thermal

@@ -28,7 +28,6 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr Index kNodes = kChannels;
 constexpr double kRounding = 1e-12;  // of the largest conductance
 
 /// Step response of seeing channel i from channel j at time t.
@@ -40,7 +39,7 @@ double step_response(const ModalModel& m, Index i, Index j, double t) {
 
 double largest_between(const MatrixXd& conductance) {
   double largest = -1e300;  // of the off-diagonals, which are not positive in a network
-  for (Index i = 0; i < kNodes; ++i)
+  for (Index i = 0; i < conductance.rows(); ++i)
     for (Index j = 0; j < i; ++j) largest = std::max(largest, conductance(i, j));
   return largest;
 }
@@ -48,9 +47,10 @@ double largest_between(const MatrixXd& conductance) {
 /// Off-diagonals that are not positive and answer most nearly like the resistances R: with conductances g over edges
 /// between nodes, least squares of R^(1/2) G(g) R^(1/2) - 1, where edges that come out negative go one by one.
 MatrixXd nearest_network(const MatrixXd& R, double surface_conductance) {
+  const Index nodes = R.rows();
   std::vector<std::pair<Index, Index>> edges;
-  for (Index i = 0; i < kNodes; ++i)
-    for (Index j = i + 1; j < kNodes; ++j) edges.emplace_back(i, j);
+  for (Index i = 0; i < nodes; ++i)
+    for (Index j = i + 1; j < nodes; ++j) edges.emplace_back(i, j);
   const auto square = [](double x) { return x * x; };
   const auto across = [&](const auto& a, const auto& b) {
     return R(a.first, b.first) - R(a.first, b.second) - R(a.second, b.first) + R(a.second, b.second);
@@ -63,12 +63,12 @@ MatrixXd nearest_network(const MatrixXd& R, double surface_conductance) {
     for (Index a = 0; a < n; ++a) {
       for (Index b = 0; b < n; ++b) products(a, b) = square(across(edges[a], edges[b]));
       wanted[a] = across(edges[a], edges[a]) -
-                  surface_conductance * square(R(edges[a].first, kNodes - 1) - R(edges[a].second, kNodes - 1));
+                  surface_conductance * square(R(edges[a].first, nodes - 1) - R(edges[a].second, nodes - 1));
     }
     g = products.ldlt().solve(wanted);
     if (g.minCoeff(&worst) >= 0.0) break;
   }
-  MatrixXd conductance = MatrixXd::Zero(kNodes, kNodes);
+  MatrixXd conductance = MatrixXd::Zero(nodes, nodes);
   for (std::size_t e = 0; e < edges.size(); ++e) {
     const auto [i, j] = edges[e];
     conductance(i, j) = conductance(j, i) = -g[static_cast<Index>(e)];
@@ -80,14 +80,18 @@ MatrixXd nearest_network(const MatrixXd& R, double surface_conductance) {
 /// section, and its image is known exactly.
 Eigenpairs network_modes(const MatrixXd& scaled, const VectorXd& root, double surface_conductance) {
   const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(scaled);
-  constexpr double kGraded = 1e-3;  // least eigenvalue by the next one
-  if (eigen.eigenvalues()[0] > kGraded * eigen.eigenvalues()[1]) return {eigen.eigenvalues(), eigen.eigenvectors()};
-  MatrixXd basis = MatrixXd::Identity(kNodes, kNodes);
+  // The rate of the uniform temperature, by the next eigenvalue: then it is nearly the first eigenvector. A slow TCA of
+  // bad conductivity alone is no such case.
+  constexpr double kGraded = 1e-3;
+  if (surface_conductance / root.squaredNorm() > kGraded * eigen.eigenvalues()[1])
+    return {eigen.eigenvalues(), eigen.eigenvectors()};
+  const Index nodes = root.size();
+  MatrixXd basis = MatrixXd::Identity(nodes, nodes);
   basis.col(0) = root.normalized();
   basis = Eigen::HouseholderQR<MatrixXd>(basis).householderQ();
   if (basis(0, 0) < 0.0) basis.col(0) = -basis.col(0);
-  VectorXd image = VectorXd::Zero(kNodes);
-  image[kNodes - 1] = surface_conductance / (root[kNodes - 1] * root.norm());
+  VectorXd image = VectorXd::Zero(nodes);
+  image[nodes - 1] = surface_conductance / (root[nodes - 1] * root.norm());
   MatrixXd turned = basis.transpose() * scaled * basis;
   turned.col(0) = basis.transpose() * image;
   turned.row(0) = turned.col(0).transpose();
@@ -98,30 +102,30 @@ Eigenpairs network_modes(const MatrixXd& scaled, const VectorXd& root, double su
 }  // namespace
 
 Network network(const HeatMatrices& matrices) {
-  constexpr Index kN = kNodes - 1;
+  const Index tcas = matrices.tcas(), nodes = tcas + 1;
   Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factor(matrices.stiffness);
   MatrixXd means = matrices.loads;
   means.rightCols(1) /= matrices.surface_conductance;
   MatrixXd responses = factor.solve(means);
   MatrixXd resistance = means.transpose() * responses;
   Network net;
-  const bool is_split = is_insulated(resistance(0, 0), resistance(0, 0) - resistance(kN, 0));
+  const bool is_split = is_insulated(resistance(0, 0), resistance(0, 0) - resistance(tcas, 0));
   if (is_split) {
     // Rises above the surface's mean only: what the surface itself rises by, 1/(h S), is common to all nodes and leaves
     // the conductances to the surface and the heat capacities as they are.
-    responses = MatrixXd::Zero(matrices.size(), kNodes);
-    responses.leftCols(kN) = rises_above_surface(matrices);
-    const MatrixXd above = (means.leftCols(kN).transpose() * responses.leftCols(kN)).eval();
-    const MatrixXd between = (0.5 * (above + above.transpose())).llt().solve(MatrixXd::Identity(kN, kN));
-    net.conductance.resize(kNodes, kNodes);
-    net.conductance.topLeftCorner(kN, kN) = between;
-    net.conductance.topRightCorner(kN, 1) = -between.rowwise().sum();
-    net.conductance.bottomLeftCorner(1, kN) = -between.colwise().sum();
-    net.conductance(kN, kN) = between.sum() + matrices.surface_conductance;
+    responses = MatrixXd::Zero(matrices.size(), nodes);
+    responses.leftCols(tcas) = rises_above_surface(matrices);
+    const MatrixXd above = (means.leftCols(tcas).transpose() * responses.leftCols(tcas)).eval();
+    const MatrixXd between = (0.5 * (above + above.transpose())).llt().solve(MatrixXd::Identity(tcas, tcas));
+    net.conductance.resize(nodes, nodes);
+    net.conductance.topLeftCorner(tcas, tcas) = between;
+    net.conductance.topRightCorner(tcas, 1) = -between.rowwise().sum();
+    net.conductance.bottomLeftCorner(1, tcas) = -between.colwise().sum();
+    net.conductance(tcas, tcas) = between.sum() + matrices.surface_conductance;
     resistance.setZero();  // less what is common: only differences count
-    resistance.topLeftCorner(kN, kN) = above;
+    resistance.topLeftCorner(tcas, tcas) = above;
   } else {
-    net.conductance = resistance.llt().solve(MatrixXd::Identity(kNodes, kNodes));
+    net.conductance = resistance.llt().solve(MatrixXd::Identity(nodes, nodes));
   }
   net.conductance = 0.5 * (net.conductance + net.conductance.transpose()).eval();
   if (largest_between(net.conductance) > kRounding * net.conductance.maxCoeff())
@@ -129,10 +133,10 @@ Network network(const HeatMatrices& matrices) {
   net.conductance = net.conductance.cwiseMin(0.0).eval();
   net.conductance.diagonal().setZero();
   net.conductance.diagonal() = -net.conductance.rowwise().sum();
-  net.conductance(kNodes - 1, kNodes - 1) += matrices.surface_conductance;
+  net.conductance(nodes - 1, nodes - 1) += matrices.surface_conductance;
 
   net.capacity = net.conductance * (responses.transpose() * matrices.mass);
-  if (is_split) net.capacity[kN] += matrices.mass.sum();  // of what is common: G (1/(h S)) 1 = e_S
+  if (is_split) net.capacity[tcas] += matrices.mass.sum();  // of what is common: G (1/(h S)) 1 = e_S
   // What a mean of 1 K cannot do without, by Cauchy's inequality; these places do not overlap.
   const VectorXd least = (means.cwiseAbs2().transpose() * matrices.mass.cwiseInverse()).cwiseInverse();
   const VectorXd more = (net.capacity - least).cwiseMax(0.0);
@@ -155,16 +159,17 @@ ModalModel lumped(const HeatMatrices& matrices, const ModalModel& reference) {
 
   // Largest difference of step responses, on times so close that between two of them nothing hides (5 % apart, over all
   // time constants), on top of what the reference itself may be off.
-  model.step_bound = MatrixXd::Zero(kTcas, kChannels);
+  const Index tcas = matrices.tcas();
+  model.step_bound = MatrixXd::Zero(tcas, tcas + 1);
   const double first = 1e-3 / reference.rate.maxCoeff(), last = 40.0 / std::min(reference.rate[0], model.rate[0]);
   for (double t = first; t < last; t *= 1.05)
-    for (Index i = 0; i < static_cast<Index>(kTcas); ++i)
-      for (Index j = 0; j < kChannels; ++j)
+    for (Index i = 0; i < tcas; ++i)
+      for (Index j = 0; j <= tcas; ++j)
         model.step_bound(i, j) = std::max(model.step_bound(i, j),
                                           std::abs(step_response(model, i, j, t) - step_response(reference, i, j, t)));
   model.step_bound += reference.step_bound;
   model.reference = reference.reference;
-  model.bound = model.step_bound.leftCols(kTcas).diagonal().cwiseQuotient(model.reference).maxCoeff();
+  model.bound = model.step_bound.leftCols(tcas).diagonal().cwiseQuotient(model.reference).maxCoeff();
   return model;
 }
 

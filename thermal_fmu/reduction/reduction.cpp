@@ -123,7 +123,7 @@ Projection project(const Projection& from, const MatrixXd& w, bool is_graded) {
 double relative_bound(const Projection& p, const VectorXd& reference) {
   const VectorXd norms = p.residual_norms();
   double largest = 0.0;
-  for (Index i = 0; i < static_cast<Index>(kTcas); ++i) largest = std::max(largest, norms[i] * norms[i] / reference[i]);
+  for (Index i = 0; i < reference.size(); ++i) largest = std::max(largest, norms[i] * norms[i] / reference[i]);
   return largest;
 }
 
@@ -169,13 +169,13 @@ struct Start {
 };
 
 Start start(const HeatMatrices& matrices, Krylov& krylov) {
-  constexpr Index kN = static_cast<Index>(kTcas);
+  const Index tcas = matrices.tcas();
   Start s;
   s.steady = krylov.solve(0.0);
   s.rise = (krylov.b().transpose() * s.steady).diagonal();
-  const VectorXd surface = (krylov.b().col(kN).transpose() * s.steady).transpose() / matrices.surface_conductance;
-  s.reference.resize(kN);
-  for (Index i = 0; i < kN; ++i) {
+  const VectorXd surface = (krylov.b().col(tcas).transpose() * s.steady).transpose() / matrices.surface_conductance;
+  s.reference.resize(tcas);
+  for (Index i = 0; i < tcas; ++i) {
     const double above = s.rise[i] - surface[i];
     s.is_insulated = s.is_insulated || is_insulated(s.rise[i], above);
     s.reference[i] = reference_rise(s.rise[i], above);
@@ -183,17 +183,17 @@ Start start(const HeatMatrices& matrices, Krylov& krylov) {
   s.slowest = s.rise[0] / s.steady.col(0).squaredNorm() * (s.rise[0] / s.reference[0]);
   if (!s.is_insulated) return s;
   const VectorXd uniform = krylov.root().normalized();
-  s.steady.resize(krylov.root().size(), kN + 1);
+  s.steady.resize(krylov.root().size(), tcas + 1);
   s.steady.col(0) = uniform;
   const MatrixXd above = rises_above_surface(matrices);
-  for (Index i = 0; i < kN; ++i) {
+  for (Index i = 0; i < tcas; ++i) {
     const VectorXd y = krylov.root().cwiseProduct(above.col(i));
     const double internal = matrices.loads.col(i).dot(above.col(i));
     s.steady.col(1 + i) = y - uniform * uniform.dot(y);
     s.rise[i] = internal + 1.0 / matrices.surface_conductance;
     s.reference[i] = kSurfaceShare * internal;
   }
-  s.rise[kN] = matrices.surface_conductance;
+  s.rise[tcas] = matrices.surface_conductance;
   s.slowest = 1.0 / (matrices.mass.sum() * s.reference[0]);
   return s;
 }
@@ -231,11 +231,12 @@ ModalModel reduced(const HeatMatrices& matrices, double tolerance) {
 
   // 2. Balanced directions. The surroundings' channel, slow and smooth, counts a tenth of a TCA's. The mode of an
   // insulated section as a whole is kept as it is: it would hide all others.
+  const Index tcas = matrices.tcas();
   const Index n = whole.rate.size(), kept_modes = origin.is_insulated ? 1 : 0, m = n - kept_modes;
   const VectorXd rate = whole.rate.tail(m);
   const MatrixXd load = whole.load.bottomRows(m);
   MatrixXd scaled = load;
-  scaled.rightCols(1) *= 0.1 * std::sqrt(origin.rise.head(kTcas).maxCoeff() / origin.rise[kChannels - 1]);
+  scaled.rightCols(1) *= 0.1 * std::sqrt(origin.rise.head(tcas).maxCoeff() / origin.rise[tcas]);
   MatrixXd gramian(m, m);
   for (Index k = 0; k < m; ++k)
     for (Index l = 0; l < m; ++l)
@@ -285,7 +286,7 @@ ModalModel reduced(const HeatMatrices& matrices, double tolerance) {
   }
   model.peak = Peak(matrices.probe_patches, static_cast<int>(matrices.probes.size()), matrices.order);
   const VectorXd norms = kept.residual_norms();
-  model.step_bound = norms.head(kTcas) * norms.transpose();
+  model.step_bound = norms.head(tcas) * norms.transpose();
   model.reference = origin.reference;
   model.bound = relative_bound(kept, origin.reference);
   model.surface_conductance = matrices.surface_conductance;

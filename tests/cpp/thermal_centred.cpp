@@ -8,16 +8,15 @@
 #include "mesh/spectral.hpp"
 #include "thermal_scene.hpp"
 
-#if TCA_COUNT == 1
 namespace thermal {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
 
 Parameters centred() {
-  Parameters p;
-  p.tca.offset = 0.0;
-  p.tca.k = 4.6;
+  Parameters p(1);
+  p.tca.offset[0] = 0.0;
+  p.tca.k[0] = 4.6;
   p.tolerance = 1e-7;
   return p;
 }
@@ -25,7 +24,7 @@ Parameters centred() {
 /// Mean rise over the annulus per watt, steady: logarithms through the body, the annulus with its source and insulated
 /// bore.
 double steady_rise(const Parameters& p) {
-  const double a = p.tca.inner_radius, b = p.tca.outer_radius, R = p.body.radius, L = p.body.length;
+  const double a = p.tca.inner_radius[0], b = p.tca.outer_radius[0], R = p.body.radius, L = p.body.length;
   const double area = kPi * (b * b - a * a), q = 1.0 / (L * area);
   const double surface = 1.0 / (p.h * 2.0 * kPi * R * L);
   const double body = std::log(R / b) / (2.0 * kPi * p.body.k * L);
@@ -33,7 +32,7 @@ double steady_rise(const Parameters& p) {
   const double squares = std::pow(b * b - a * a, 2) / 4.0;
   const double logarithm = -b * b / 4.0 - a * a / 2.0 * std::log(a / b) + a * a / 4.0;
   const double annulus =
-      2.0 / (b * b - a * a) * (q / (4.0 * p.tca.k) * squares + q * a * a / (2.0 * p.tca.k) * logarithm);
+      2.0 / (b * b - a * a) * (q / (4.0 * p.tca.k[0]) * squares + q * a * a / (2.0 * p.tca.k[0]) * logarithm);
   return surface + body + annulus;
 }
 
@@ -42,18 +41,18 @@ double radial_rise(const Parameters& p, double t) {
   const LobattoRule rule = lobatto_rule(24);
   const Eigen::Index n = rule.nodes.size();
   const std::array<double, 7> ends{
-      p.tca.inner_radius,       0.6 * p.tca.outer_radius, p.tca.outer_radius, 1.3 * p.tca.outer_radius,
-      2.0 * p.tca.outer_radius, 0.7 * p.body.radius,      p.body.radius};
+      p.tca.inner_radius[0],       0.6 * p.tca.outer_radius[0], p.tca.outer_radius[0], 1.3 * p.tca.outer_radius[0],
+      2.0 * p.tca.outer_radius[0], 0.7 * p.body.radius,         p.body.radius};
   const Eigen::Index elements = ends.size() - 1, size = elements * (n - 1) + 1;
   Eigen::VectorXd mass = Eigen::VectorXd::Zero(size), mean = Eigen::VectorXd::Zero(size);
   Eigen::MatrixXd stiffness = Eigen::MatrixXd::Zero(size, size);
   for (Eigen::Index e = 0; e < elements; ++e) {
-    const bool is_tca = ends[e + 1] <= p.tca.outer_radius;
-    const double half = 0.5 * (ends[e + 1] - ends[e]), k = is_tca ? p.tca.k : p.body.k;
+    const bool is_tca = ends[e + 1] <= p.tca.outer_radius[0];
+    const double half = 0.5 * (ends[e + 1] - ends[e]), k = is_tca ? p.tca.k[0] : p.body.k;
     const Eigen::VectorXd ring = 2.0 * kPi * p.body.length * half *
                                  rule.weights.cwiseProduct((ends[e] + half * (1.0 + rule.nodes.array())).matrix());
     const Eigen::Index first = e * (n - 1);
-    mass.segment(first, n) += (is_tca ? p.tca.rho_c : p.body.rho_c) * ring;
+    mass.segment(first, n) += (is_tca ? p.tca.rho_c[0] : p.body.rho_c) * ring;
     if (is_tca) mean.segment(first, n) += ring;
     stiffness.block(first, first, n, n) +=
         k / (half * half) * rule.derivative.transpose() * ring.asDiagonal() * rule.derivative;
@@ -93,7 +92,7 @@ TEST(Centred, TransientIsThatOfTheRadialProblem) {
 
 TEST(Centred, OffTheCentreTheOuterWallIsNearer) {
   Parameters off = centred();
-  off.tca.offset = 3.9e-3;  // a wall of a quarter of a millimetre
+  off.tca.offset[0] = 3.9e-3;  // a wall of a quarter of a millimetre
   const double near_wall = rise(off, 1e5), in_the_middle = rise(centred(), 1e5);
   EXPECT_GT(near_wall, in_the_middle);  // with weak cooling the way through the body counts
   off.h = 1e4;
@@ -104,4 +103,3 @@ TEST(Centred, OffTheCentreTheOuterWallIsNearer) {
 
 }  // namespace
 }  // namespace thermal
-#endif
