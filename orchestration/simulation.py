@@ -201,7 +201,7 @@ def _instance(scene: Scene, member: Member) -> Instance:
         kind = ModelExchangeInstance
     if member.archive.once_per_process and _first_of_its_fmu(scene, member) is not member:
         kind = IsolatedInstance
-    fed = [c.target[1] for c in scene.connections if c.target[0] == member.name]
+    fed = dict.fromkeys(c.target[1] for c in scene.connections if c.target[0] == member.name)
     return kind(
         member.archive,
         member.name,
@@ -232,8 +232,8 @@ def recorded_variables(member: Member) -> list[Variable]:
 
 def _converted(slave: Instance, connections: Sequence[Connection]) -> Recorder:
     """Return the subsystem, behind the conversions of the connections that feed it if there are any."""
-    into = [c for c in connections if c.target[0] == slave.name and c.transforms]
-    return convert_inputs(slave, {c.target[1]: (c.factor, c.offset) for c in into}) if into else slave
+    into = [c for c in connections if c.target[0] == slave.name]
+    return convert_inputs(slave, into) if any(c.transforms for c in into) else slave
 
 
 def _refuse_adaptive_steps(coupling: Coupling, systems: Mapping[str, Recorder]) -> None:

@@ -12,7 +12,8 @@ EACH = pytest.mark.parametrize("subject", SUBJECTS, ids=lambda subject: subject.
 PATHS = {subject.name: subject.path for subject in SUBJECTS}
 
 RELEASE = {"body.retardation": 0.005, "tip_force[1]": 0.002, "order": 2}
-FEEDBACK = {"V[2]": 1.5, "V[3]": 3.0, "tca.alpha_T": 0.004, "tca.beta": 0.1, "delta[3]": 1e-3, "T_ambient": 290.0}
+FEEDBACK = {"V[2]": 1.5, "V[3]": 3.0, "delta[3]": 1e-3, "T_ambient": 290.0}
+FEEDBACK |= {f"tca.{name}[{i}]": value for name, value in (("alpha_T", 0.004), ("beta", 0.1)) for i in (1, 2, 3)}
 
 
 @pytest.mark.parametrize(

@@ -21,7 +21,7 @@ from tca_cosim.verification.reference.statics import equilibrium
 
 DATA = Path(__file__).parent / "data"
 COLD = 298.15  # K
-SECTION = Section(5e-3, 0.85e-3, 0.2e-3, 2.5e-3, (0.0, 2 * np.pi / 3, 4 * np.pi / 3))
+SECTION = Section(5e-3, (0.85e-3,) * 3, (0.2e-3,) * 3, (2.5e-3,) * 3, (0.0, 2 * np.pi / 3, 4 * np.pi / 3))
 
 
 def table(name: str) -> np.ndarray:
@@ -30,7 +30,9 @@ def table(name: str) -> np.ndarray:
 
 
 def heat_data(alpha: float = 0.0) -> HeatData:
-    return HeatData(SECTION, 0.04, 0.19, 0.669e6, 0.19, 0.969e6, 20.0, (6.9,) * 3, alpha, COLD, COLD)
+    return HeatData(
+        SECTION, 0.04, 0.19, 0.669e6, (0.19,) * 3, (0.969e6,) * 3, 20.0, (6.9,) * 3, (alpha,) * 3, COLD, COLD
+    )
 
 
 def rod_data(rho: float = 1040.0, shear: float = 1.0, retardation: float = 0.0, bare: bool = False) -> RodData:
@@ -41,7 +43,9 @@ def rod_data(rho: float = 1040.0, shear: float = 1.0, retardation: float = 0.0, 
     law = WireLaw(0.13, length, 0.65e-3, 37.5, 100.0, 560e6, 6.5e-4)
     k = 0.0 if bare else 1.0 / law.f1
     rest = np.array([0, 0, 0, 0, 0, 1.0])
-    return RodData(length, K, rest, gamma, retardation, 2.5e-3, np.array(SECTION.azimuth), np.zeros(3), k, law, 1, COLD)
+    return RodData(
+        length, K, rest, gamma, retardation, np.full(3, 2.5e-3), np.array(SECTION.azimuth), np.zeros(3), k, law, 1, COLD
+    )
 
 
 def loads(T: object = COLD, gravity: object = 0.0, force: object = 0.0, moment: object = 0.0) -> Loads:
@@ -64,13 +68,13 @@ def test_mesh_has_the_areas_and_the_surface_of_the_section() -> None:
         mesh = triangulate(SECTION, edge)
         for i in range(3):
             tca_area = one.assemble(Basis(mesh, ElementTriP2(), elements=f"tca{i}"))
-            assert tca_area == pytest.approx(SECTION.tca_area, rel=tolerance)
+            assert tca_area == pytest.approx(SECTION.tca_areas[i], rel=tolerance)
         whole = one.assemble(Basis(mesh, ElementTriP2()))
         assert whole == pytest.approx(np.pi * (25e-6 - 3 * 0.04e-6), rel=tolerance)
         surface = one.assemble(FacetBasis(mesh, ElementTriP2(), facets="outer"))
         assert surface == pytest.approx(np.pi * 1e-2, rel=tolerance)
     with pytest.raises(ValueError, match="overlap"):
-        triangulate(Section(5e-3, 2.3e-3, 0.2e-3, 2.5e-3, SECTION.azimuth), 0.3e-3)
+        triangulate(Section(5e-3, (2.3e-3,) * 3, (0.2e-3,) * 3, (2.5e-3,) * 3, SECTION.azimuth), 0.3e-3)
 
 
 def test_time_integrator_is_of_fifth_order() -> None:

@@ -1,24 +1,36 @@
-"""tca-cosim export: FMUs and an SSP archive for other tools."""
+"""tca-cosim export: FMUs, of any size, and an SSP archive for other tools."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from ..errors import CosimError
-from ..files import atomic_write
-from ..fmi.archive import find_fmu
-from ..scene import read, ssp_writer
+from ..errors import CosimError, similar
 from .console import reported, written
 from .options import Overrides
+
+if TYPE_CHECKING:
+    from ..scene import Scene
 
 __all__ = ["command"]
 
 
 def command(
     folder: Annotated[Path | None, typer.Argument(help="Folder for the FMUs")] = None,
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="Folder for the FMUs, as FOLDER")] = None,
+    tcas: Annotated[int | None, typer.Option(min=1, max=12, help="Number of TCAs; default: 3")] = None,
+    segments: Annotated[int | None, typer.Option(min=1, max=6, help="Number of the rod's segments; default: 1")] = None,
+    fmu: Annotated[list[str] | None, typer.Option("--fmu", help="thermal or rod; default: both")] = None,
+    like: Annotated[
+        str | None,
+        typer.Option(
+            "--like",
+            help="Name or file of a scene: its FMUs at its size, its values as start values, only states that move",
+        ),
+    ] = None,
     system: Annotated[
         Path | None, typer.Option("--ssp", help="SSP archive to write, with FMUs, wiring and parameters")
     ] = None,
@@ -27,23 +39,77 @@ def command(
     ] = None,
     override: Overrides = [],  # noqa: B006 (typer copies it)
 ) -> None:
-    """Copies thermal.fmu and rod.fmu to a folder, or writes a scene with its FMUs as an SSP archive; by default `step`,
-    with all parameter sets and its loop closed inside the rod."""
+    """Writes thermal.fmu and rod.fmu to a folder, at any number of TCAs and segments or as a scene needs them, or a
+    scene with its FMUs as an SSP archive; by default `step`, with all parameter sets and its loop closed inside the
+    rod. No compiler is needed."""
     with reported():
+        if folder is not None and output is not None and folder != output:
+            raise CosimError(f"two folders for the FMUs: {folder} and {output}; name one")
+        folder = folder or output
         if folder is None and system is None:
             raise CosimError("nothing to export: name a folder for the FMUs, or --ssp FILE.ssp, or both")
-        if system is None and (scene is not None or override):
-            raise CosimError("--scene and --set hold for an SSP archive; add --ssp FILE.ssp")
+        if system is None and scene is not None:
+            raise CosimError("--scene holds for an SSP archive; add --ssp FILE.ssp, or say --like for FMUs")
+        if system is None and like is None and override:
+            raise CosimError("--set holds for an SSP archive or --like SCENE; add one of them")
+        if folder is None and (like is not None or tcas or segments or fmu):
+            raise CosimError("--like, --tcas, --segments and --fmu hold for FMUs; name a folder for them")
+        if like is not None and (tcas or segments):
+            raise CosimError("--like takes the size from the scene; set it there, or with --set body.tcas=4")
         if folder is not None:
-            files = [find_fmu(name) for name in ("thermal.fmu", "rod.fmu")]
-            folder.mkdir(parents=True, exist_ok=True)
-            for path in files:
-                with atomic_write(folder / path.name) as draft:
-                    draft.write_bytes(path.read_bytes())
-                written(folder / path.name)
+            paths = _like(folder, like, fmu, override) if like is not None else _sized(folder, tcas, segments, fmu)
+            for path in paths:
+                written(path)
         if system is not None:
-            if scene is None and not override:
+            from ..scene import read, ssp_writer
+
+            if scene is None and (not override or like is not None):
                 ssp_writer.write(system)
             else:
                 ssp_writer.write_scene(system, read(scene or "step", override))
             written(system)
+
+
+def _chosen(chosen: Sequence[str] | None, known: Sequence[str]) -> list[str]:
+    """Names of the FMUs to write. Raises CosimError for one that is not known."""
+    for name in chosen or ():
+        if name not in known:
+            raise CosimError(f"--fmu {name}: no such FMU; {similar(name, known)}")
+    return list(chosen or known)
+
+
+def _sized(folder: Path, tcas: int | None, segments: int | None, fmu: Sequence[str] | None) -> list[Path]:
+    """Write the package's FMUs at a size; copies where none is asked for."""
+    from ..files import atomic_write
+    from ..fmi.archive import Archive, find_fmu
+    from ..fmi.configuration import Configuration, write_configured
+
+    paths = []
+    for name in _chosen(fmu, ("thermal", "rod")):
+        source, path = find_fmu(f"{name}.fmu", Path("/")), folder / f"{name}.fmu"
+        if tcas is None and segments is None:
+            with atomic_write(path) as draft:
+                draft.write_bytes(source.read_bytes())
+        else:
+            with Archive(source) as archive:
+                write_configured(archive, Configuration(tcas, segments), path)
+        paths.append(path)
+    return paths
+
+
+def _like(folder: Path, like: str, fmu: Sequence[str] | None, override: Sequence[str]) -> list[Path]:
+    """Write the FMUs of a scene with its values as start values."""
+    from ..fmi.configuration import can_configure, write_configured
+    from ..scene import read
+    from ..scene.standalone import configuration_of
+
+    scene: Scene = read(like, override)
+    own = {member.name: member for member in scene.members if can_configure(member.archive)}
+    if not own:
+        raise CosimError(f"--like {like}: no FMU of the scene was made by this package; copy its files instead")
+    paths = []
+    for name in _chosen(fmu, list(own)):
+        path = folder / f"{name}.fmu"
+        write_configured(own[name].archive, configuration_of(own[name], scene), path)
+        paths.append(path)
+    return paths

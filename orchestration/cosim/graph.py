@@ -49,7 +49,7 @@ def assemble(
     subsystems : sequence of Subsystem
         In the order wanted inside a loop.
     connections : sequence of Connection
-        At most one into each input.
+        At most one into each port of a subsystem; the terms of a sum have ports of their own.
     signals : mapping
         Subsystem name -> input name -> signal.
     settings : Coupling
@@ -95,7 +95,7 @@ def _links(
     for name in dict.fromkeys(c.source[0] for c in connections):
         outputs = nodes[name].subsystem.outputs
         out = {port.name: k for k, port in enumerate(outputs)}
-        pairs = [(out[c.source[1]], into[c.target[1]]) for c in connections if c.source[0] == name]
+        pairs = [(out[c.source[1]], into[c.port]) for c in connections if c.source[0] == name]
         for held in (False, True):
             alike = [(k, n) for k, n in pairs if held == (outputs[k].discrete or inputs[n].discrete)]
             if alike:

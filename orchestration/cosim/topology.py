@@ -17,23 +17,33 @@ __all__ = ["Component", "Connection", "components"]
 @dataclass(frozen=True)
 class Connection:
     """A wire from an output to an input, each a pair (subsystem, variable); the target receives factor * value +
-    offset."""
+    offset.
+
+    Several wires into one input are the terms of a sum, which the target receives: term counts them from 0, terms says
+    how many there are."""
 
     source: tuple[str, str]
     target: tuple[str, str]
     factor: float = 1.0
     offset: float = 0.0
+    term: int = 0
+    terms: int = 1
 
     @property
     def transforms(self) -> bool:
         """Whether the target receives another number than the source gives."""
-        return (self.factor, self.offset) != (1.0, 0.0)
+        return (self.factor, self.offset) != (1.0, 0.0) or self.terms > 1
+
+    @property
+    def port(self) -> str:
+        """Name under which the coupling knows the input: that of the variable, or one for each term of a sum."""
+        return self.target[1] if self.terms == 1 else f"{self.target[1]} (term {self.term + 1} of {self.terms})"
 
     def __str__(self) -> str:
-        """Return 'a.y -> b.u', or 'a.y * 1000 + 5 -> b.u'."""
+        """Return 'a.y -> b.u', 'a.y * 1000 + 5 -> b.u', or with a name for each term of a sum."""
         factor = "" if self.factor == 1.0 else f" * {self.factor:g}"
         offset = "" if self.offset == 0.0 else f" {'-' if self.offset < 0.0 else '+'} {abs(self.offset):g}"
-        return f"{'.'.join(self.source)}{factor}{offset} -> {'.'.join(self.target)}"
+        return f"{'.'.join(self.source)}{factor}{offset} -> {self.target[0]}.{self.port}"
 
 
 @dataclass(frozen=True)

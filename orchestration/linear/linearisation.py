@@ -153,7 +153,7 @@ def _wiring(
         if connection.target in row:
             fed.add(row[connection.target])
             if connection.source in column:
-                K[row[connection.target], column[connection.source]] = connection.factor
+                K[row[connection.target], column[connection.source]] += connection.factor
     return K, [k for k in range(len(inputs)) if k not in fed]
 
 

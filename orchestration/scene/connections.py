@@ -2,12 +2,16 @@
 
 Connected variables measure the same quantity; values are converted where their units differ. Where one end declares no
 unit, any fits. Names may hold any character: a text is split where both its ends name a variable; where that leaves a
-choice, or none, a table {from = "fmu.output", to = "fmu.input"} says it."""
+choice, or none, a table {from = "fmu.output", to = "fmu.input"} says it.
+
+A source may be a weighted sum: '0.5*lower.T + 0.5*upper.T -> rod.T', with spaces round its signs."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 from ..cosim.topology import Connection
@@ -42,20 +46,68 @@ def _has(members: Mapping[str, Member], end: tuple[str, str]) -> bool:
 
 
 def _given_connections(members: Mapping[str, Member], entries: Any, layer: Layer) -> list[Connection]:
-    connections: dict[tuple[str, str], Connection] = {}
+    connections: dict[tuple[str, str, int], Connection] = {}
     if not isinstance(entries, list):
         layer.refuse("connections", entries, "give a list of 'fmu.output -> fmu.input'")
     for entry in entries:
-        text, source, target, scale = _parsed(members, entry, layer)
-        for connection in _connect(members, source, target, text, layer, *scale):
-            name = ".".join(connection.target)
+        for connection in _entry_connections(members, entry, layer):
+            name, text = ".".join(connection.target), str(connection)
             member = members[connection.target[0]]
             if connection.target[1] in member.signals or connection.target[1] in member.parameters:
                 layer.refuse("connections", text, f"{name} is set as well; remove one of the two")
-            if connection.target in connections:
-                layer.refuse("connections", text, f"{name} is fed twice; remove one")
-            connections[connection.target] = connection
+            fed = connections.get((*connection.target, 0))
+            if fed is not None and connection.term == 0:
+                layer.refuse(
+                    "connections", text, f"{name} is fed twice; remove one, or give a sum: 'a.x + b.y -> {name}'"
+                )
+            connections[(*connection.target, connection.term)] = connection
     return list(connections.values())
+
+
+_TERM = re.compile(r"(?:(?P<weight>[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*\*\s*)?(?P<end>\S.*)")
+_SIGN = re.compile(r"\s([-+])\s")
+
+
+def _entry_connections(members: Mapping[str, Member], entry: Any, layer: Layer) -> list[Connection]:
+    """Connections of one entry: one for each element, and for each term of a sum."""
+    if isinstance(entry, str) and _ARROW in entry:
+        source, target = _split(members, entry)
+        if not _candidates(members, source) and (_SIGN.search(source) or "*" in source):
+            return _summed(members, source, target, entry, layer)
+    text, source_end, target_end, scale = _parsed(members, entry, layer)
+    return _connect(members, source_end, target_end, text, layer, *scale)
+
+
+def _summed(members: Mapping[str, Member], source: str, target: str, text: str, layer: Layer) -> list[Connection]:
+    """Connect a weighted sum of outputs to an input, of vectors element by element."""
+    weights: dict[tuple[str, str], float] = {}
+    parts = _SIGN.split(f" + {source}" if not source.startswith(("- ", "+ ")) else f" {source}")
+    for sign, part in zip(parts[1::2], parts[2::2], strict=True):
+        term = _TERM.fullmatch(part.strip())
+        if term is None:
+            layer.refuse("connections", text, f"{part.strip()!r} is not a term; give 0.5*fmu.output")
+        end = _end(members, term["end"].strip(), text, layer)
+        weights[end] = weights.get(end, 0.0) + float(sign + "1") * float(term["weight"] or 1.0)
+    if not all(weights.values()) or not all(map(math.isfinite, weights.values())):
+        layer.refuse("connections", text, "a weight is 0 or not finite; remove that term")
+    into = _end(members, target, text, layer)
+    terms = [_connect(members, end, into, text, layer, weight) for end, weight in weights.items()]
+    _require_equal_terms(terms, sum(weights.values()), text, layer)
+    return [replace(c, term=k, terms=len(terms)) for k, term in enumerate(terms) for c in term]
+
+
+_ROUNDING = 1e-9  # of the sum of weights, which are written with a few digits
+
+
+def _require_equal_terms(terms: Sequence[Sequence[Connection]], whole: float, text: str, layer: Layer) -> None:
+    """Refuse sums that mean nothing: of temperatures in units with another zero, unless they are means."""
+    if any(c.offset for term in terms for c in term) and abs(whole - 1.0) > _ROUNDING:
+        layer.refuse(
+            "connections",
+            text,
+            f"the units have different zeros, and the weights sum to {whole:g}; let them sum to 1, or give outputs in "
+            "the unit of the input",
+        )
 
 
 def _parsed(

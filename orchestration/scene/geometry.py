@@ -35,6 +35,7 @@ def _distributed(layer: Layer, archives: Mapping[str, Archive]) -> Layer:
     if not shared:
         return layer
     raw = {key: value for key, value in layer.raw.items() if key in archives or key not in SHARED_TABLES}
+    handed: dict[str, dict[str, Any]] = {}
     for key, value in shared:
         base = key.partition("[")[0]
         owners = [name for name, archive in archives.items() if {key, base} & {*archive.variables, *archive.vectors}]
@@ -44,10 +45,12 @@ def _distributed(layer: Layer, archives: Mapping[str, Archive]) -> Layer:
                 key, value, f"no FMU has it; {similar(key, [k for k in known if k.startswith(SHARED_TABLES)])}"
             )
         for owner in owners:
-            own = raw.get(owner, {})
-            if isinstance(own, Mapping):  # what is not a table is refused when it is read
-                names = {name for name, _ in flat(own)}
-                raw[owner] = own if key in names else {**own, key: value}
+            handed.setdefault(owner, {})[key] = value
+    for owner, values in handed.items():
+        own = raw.get(owner, {})
+        if isinstance(own, Mapping):  # what is not a table is refused when it is read
+            names = {name for name, _ in flat(own)}
+            raw[owner] = {**{key: value for key, value in values.items() if key not in names}, **own}
     return replace(layer, raw=raw)
 
 
@@ -85,8 +88,8 @@ def check_profile(members: Sequence[Member]) -> None:
 
 def _agree(a: Member, b: Member) -> None:
     for parameter in SHARED_PARAMETERS:
-        for name in a.archive.vectors.get(parameter, (parameter,)):
-            one, other = a.value(name), b.value(name)
+        for name in {**dict.fromkeys(x for m in (a, b) for x in m.archive.vectors.get(parameter, ()))} or (parameter,):
+            one, other = (m.value(name if name in m.archive.variables else parameter) for m in (a, b))
             if not isinstance(one, float) or not isinstance(other, float):
                 continue
             if abs(one - other) > _SAME * max(abs(one), abs(other)):

@@ -65,6 +65,9 @@ class Parameters(Protocol):
     def reals(self, vector: str) -> tuple[float, ...]:
         """Values of a vector's elements in the order of their indices."""
 
+    def each(self, parameter: str, count: int) -> tuple[float, ...]:
+        """Values of a parameter for `count` TCAs: those of a vector, or those of a scalar that holds for all."""
+
     def choice(self, parameter: str) -> str:
         """Name of an enumeration's item."""
 
@@ -82,6 +85,9 @@ class RecordedParameters:
     def reals(self, vector: str) -> tuple[float, ...]:
         return tuple(value for name, value in self.values.items() if is_element_of(name, vector))
 
+    def each(self, parameter: str, count: int) -> tuple[float, ...]:
+        return self.reals(parameter) or (self.real(parameter),) * count
+
     def choice(self, parameter: str) -> str:
         return self.choices[parameter]
 
@@ -97,48 +103,51 @@ class Geometry:
 
     radius: float  # [m]
     length: float  # [m]
-    offset: float  # distance of the TCAs from the axis [m]
+    offset: tuple[float, ...]  # distance of each TCA from the axis [m]
     azimuth: tuple[float, ...]  # of each TCA [rad]
 
     @classmethod
     def of(cls, p: Parameters) -> Geometry:
         """Read the parameters of a thermal or rod FMU."""
-        return cls(p.real("body.radius"), p.real("body.length"), p.real("tca.offset"), p.reals("tca.azimuth"))
+        azimuth = p.reals("tca.azimuth")
+        return cls(p.real("body.radius"), p.real("body.length"), p.each("tca.offset", len(azimuth)), azimuth)
 
 
 @dataclass(frozen=True)
 class ThermalParameters:
-    """Parameters of thermal.fmu in SI units."""
+    """Parameters of thermal.fmu in SI units; tuples have one value for each TCA."""
 
     geometry: Geometry
-    outer_radius: float  # of a TCA [m]
-    inner_radius: float  # [m]
+    outer_radius: tuple[float, ...]  # [m]
+    inner_radius: tuple[float, ...]  # of the bore [m]
     body_k: float  # conductivity [W/(m.K)]
     body_rho_c: float  # heat capacity per volume [J/(m3.K)]
-    tca_k: float
-    tca_rho_c: float
+    tca_k: tuple[float, ...]
+    tca_rho_c: tuple[float, ...]
     transfer: float  # heat transfer coefficient of the surface [W/(m2.K)]
-    resistance: tuple[float, ...]  # of each TCA at T_ref [ohm]
-    alpha: float  # temperature coefficient of the resistance [1/K]
-    beta: float  # displacement coefficient of the resistance [1]
+    resistance: tuple[float, ...]  # at T_ref [ohm]
+    alpha: tuple[float, ...]  # temperature coefficient of the resistance [1/K]
+    beta: tuple[float, ...]  # displacement coefficient of the resistance [1]
     T_ref: float  # [K]
     T_0: float  # [K]
 
     @classmethod
     def of(cls, p: Parameters) -> ThermalParameters:
         """Read the parameters of a thermal FMU."""
+        geometry = Geometry.of(p)
+        count = len(geometry.azimuth)
         return cls(
-            geometry=Geometry.of(p),
-            outer_radius=p.real("tca.outer_radius"),
-            inner_radius=p.real("tca.inner_radius"),
+            geometry=geometry,
+            outer_radius=p.each("tca.outer_radius", count),
+            inner_radius=p.each("tca.inner_radius", count),
             body_k=p.real("body.k"),
             body_rho_c=p.real("body.rho_c"),
-            tca_k=p.real("tca.k"),
-            tca_rho_c=p.real("tca.rho_c"),
+            tca_k=p.each("tca.k", count),
+            tca_rho_c=p.each("tca.rho_c", count),
             transfer=p.real("h"),
-            resistance=p.reals("tca.R"),
-            alpha=p.real("tca.alpha_T"),
-            beta=p.real("tca.beta"),
+            resistance=p.each("tca.R", count),
+            alpha=p.each("tca.alpha_T", count),
+            beta=p.each("tca.beta", count),
             T_ref=p.real("tca.T_ref"),
             T_0=p.real("T_0"),
         )
@@ -204,6 +213,9 @@ class RodParameters:
 class Settings(Protocol):
     """What decides whether a default connection acts; scene.Member is one."""
 
+    def acts(self, parameter: str) -> bool:
+        """Whether a parameter, or an element of a vector, is there and not 0."""
+
     def value(self, parameter: str) -> float | int | bool | str | None:
         """Value of a parameter, None where there is no such parameter."""
 
@@ -216,5 +228,5 @@ DEFAULT_WIRING: Sequence[tuple[tuple[str, str], tuple[str, str], Callable[[Mappi
         (ROD, DISPLACEMENT_GUESS),
         lambda members: members[ROD].value("closure") == CLOSURE_EXCHANGED,
     ),
-    ((ROD, DISPLACEMENT), (THERMAL, DISPLACEMENT), lambda members: members[THERMAL].value("tca.beta") not in (None, 0)),
+    ((ROD, DISPLACEMENT), (THERMAL, DISPLACEMENT), lambda members: members[THERMAL].acts("tca.beta")),
 )

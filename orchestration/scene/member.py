@@ -44,6 +44,14 @@ class Member:
             raise SceneError(f"{self.name}: {self.archive.path.name} has no vector {vector!r}; give an FMU that has it")
         return tuple(self.real(element) for element in self.archive.vectors[vector])
 
+    def each(self, parameter: str, count: int) -> tuple[float, ...]:
+        """Values of a parameter for `count` TCAs: those of a vector, or those of a scalar that holds for all."""
+        return self.reals(parameter) if parameter in self.archive.vectors else (self.real(parameter),) * count
+
+    def acts(self, parameter: str) -> bool:
+        """Whether a parameter, or an element of a vector, is there and not 0."""
+        return any(self.value(name) not in (None, 0) for name in self.archive.vectors.get(parameter, (parameter,)))
+
     def choice(self, parameter: str) -> str:
         """Name of the item that an enumeration has."""
         return self.archive.variables[parameter].item_name(self.real(parameter))

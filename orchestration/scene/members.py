@@ -10,11 +10,12 @@ from typing import Any, NoReturn
 import numpy as np
 
 from ..cosim.signals import Signal
-from ..fmi.archive import Archive, Variable, find_fmu, similar
+from ..fmi.archive import Archive, Variable, similar
 from . import validation
 from .geometry import SHARED_TABLES, distribute
 from .manipulator import DEFAULT_FMUS
 from .member import Member, Value, settable
+from .sizes import open_archives, take_sizes
 from .validation import SIGNAL_TYPES, Layer, flat
 
 __all__ = ["read_members", "recording"]
@@ -33,7 +34,8 @@ def read_members(
     folder: of the scene's file. Raises SceneError."""
     files = _files(top, layers, keys)
     layers = [_grouped(layer, files, keys) for layer in layers]
-    archives = {name: archive(find_fmu(file, folder)) for name, file in files.items()}
+    layers, sizes = take_sizes(layers, files)
+    archives = open_archives(files, folder, sizes, archive)
     layers = distribute(layers, archives)
     for layer in layers:
         for key, value in layer.raw.items():

@@ -82,7 +82,7 @@ KEYS = {
     "coupling": "table of the settings of the master",
     "fidelity": "table: how much model to use, and what for",
     "limits": "table of values beyond which a result is said to be doubtful",
-    "body": "table of parameters of the body, for all FMUs that have them",
+    "body": "table of parameters of the body, for all FMUs that have them; tcas (1 to 12), segments (1 to 6): its size",
     "tca": "table of parameters of the TCAs, for all FMUs that have them",
     "NAME": "table of the FMU of that name: its parameters, and its inputs as constants or signals",
 }

@@ -91,6 +91,11 @@ def _structure(scene: Scene, bound: str) -> etree._Element:
         _add(bindings, "ssd:ParameterBinding", source=_set_file(bound, member.name))
     connections = _add(system, "ssd:Connections")
     for c in scene.connections:
+        if c.terms > 1:
+            raise SceneError(
+                f"{scene.name}: {'.'.join(c.target)} is fed by a sum of {c.terms} outputs; SSP connects one output to "
+                "an input: let an FMU form the sum, or connect one of them"
+            )
         start = {"startElement": c.source[0], "startConnector": c.source[1]}
         end = {"endElement": c.target[0], "endConnector": c.target[1]}
         if not c.transforms:

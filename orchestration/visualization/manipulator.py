@@ -45,8 +45,8 @@ class Manipulator:
     gravity: np.ndarray  # (time, 3) [m/s2]
     length: float
     radius: float
-    tca_radius: float
-    offset: float
+    tca_radius: tuple[float, ...]
+    offset: tuple[float, ...]
     azimuth: np.ndarray  # (N,)
     helix: np.ndarray  # (N,) [rad/m]
 
@@ -58,12 +58,12 @@ class Manipulator:
     @cached_property
     def tcas(self) -> tuple[Surface, ...]:
         """Surfaces of the TCAs."""
-        return tuple(tube(self.route(i), self.tca_radius, 14) for i in range(self.azimuth.size))
+        return tuple(tube(self.route(i), self.tca_radius[i], 14) for i in range(self.azimuth.size))
 
     def route(self, tca: int) -> np.ndarray:
         """Positions of the axis of a TCA in the cross-sections [m], (STATIONS, 2)."""
         angle = self.azimuth[tca] + self.helix[tca] * np.linspace(0.0, self.length, STATIONS)
-        return self.offset * np.column_stack([np.cos(angle), np.sin(angle)])
+        return self.offset[tca] * np.column_stack([np.cos(angle), np.sin(angle)])
 
 
 def members(result: xr.Dataset) -> Mapping[str, Any]:
@@ -108,7 +108,9 @@ def manipulator(result: xr.Dataset, rows: np.ndarray) -> Manipulator:
         gravity=_gravity(result, rod)[rows],
         length=geometry.length,
         radius=geometry.radius,
-        tca_radius=thermal_parameters(result, heat).outer_radius if heat else _TCA_RADIUS * geometry.radius,
+        tca_radius=thermal_parameters(result, heat).outer_radius
+        if heat
+        else (_TCA_RADIUS * geometry.radius,) * len(geometry.azimuth),
         offset=geometry.offset,
         azimuth=np.array(geometry.azimuth),
         helix=np.array(recorded_parameters(result, rod).reals("tca.helix")),

@@ -165,7 +165,7 @@ def _heating_time(p: ThermalParameters, signal: Signal) -> float:
     """Rise time of the heat of one voltage [s], at least the diffusion time r^2/diffusivity of the TCA."""
     if not any(signal.extremes):
         return math.inf
-    through = p.outer_radius**2 * p.tca_rho_c / p.tca_k
+    through = min(b**2 * c / k for b, c, k in zip(p.outer_radius, p.tca_rho_c, p.tca_k, strict=True))
     return through if signal.polynomial(0.0, _INSTANT)[0] else max(through, rise_time(signal))
 
 

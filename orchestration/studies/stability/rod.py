@@ -113,6 +113,8 @@ def beam_of(scene: Scene) -> Beam:
     for name in rod.archive.vectors["tca.helix"]:
         _refuse(rod, name, 0.0, "helical TCAs")
     p = RodParameters.of(rod)
+    if len(set(p.geometry.offset)) > 1:
+        raise SceneError("rod.tca.offset: theory does not cover TCAs at different distances; give all the same")
     return Beam(
         E=p.E,
         nu=p.nu,
@@ -121,7 +123,7 @@ def beam_of(scene: Scene) -> Beam:
         length=p.geometry.length,
         shear_factor=p.shear_factor,
         retardation=p.retardation,
-        offset=p.geometry.offset,
+        offset=p.geometry.offset[0],
         azimuths=p.geometry.azimuth,
         dynamic=bool(rod.value("dynamic")),
     )

@@ -57,7 +57,7 @@ def find_bonds(scene: Scene) -> list[tuple[Connection, Connection]]:
     no pair."""
     candidates = [
         pair
-        for pair in itertools.combinations(scene.connections, 2)
+        for pair in itertools.combinations([c for c in scene.connections if c.terms == 1], 2)
         if _opposite(*pair) and _product(*(_variable(scene, *c.source).dimension for c in pair)) == _WATT
     ]
     pairs, used = [], set[Connection]()

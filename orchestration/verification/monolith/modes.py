@@ -155,7 +155,7 @@ def _matrix(system: System, blocks: Iterable[tuple[np.ndarray, np.ndarray, np.nd
         inputs, outputs = inputs + len(part.inputs), outputs + len(part.outputs)
     L = np.zeros((inputs, outputs))
     for wire in system.wires:
-        L[first_input[wire.target] + wire.input, first_output[wire.source] + wire.output] = wire.connection.factor
+        L[first_input[wire.target] + wire.input, first_output[wire.source] + wire.output] += wire.connection.factor
     A, B, C, D = (
         matrix.reshape(shape)  # block_diag drops the shape of empty blocks
         for matrix, shape in (

@@ -54,6 +54,7 @@ class System:
         self._signals: list[tuple[str, int, Signal]] = [
             (m.name, inputs[m.name][name], signal) for m in scene.members for name, signal in m.signals.items()
         ]
+        self._sums: dict[tuple[str, str], list[float]] = {}  # input -> terms, where a sum feeds it
         self._order = _evaluation_order(parts, scene.connections)
         self._slices: dict[str, slice] = {}
 
@@ -155,10 +156,13 @@ class System:
     def _pass_on(self, name: str, values: np.ndarray) -> None:
         for wire in self.wires:
             if wire.source == name:
-                transformation = wire.connection
-                self._inputs[wire.target][wire.input] = (
-                    transformation.factor * values[wire.output] + transformation.offset
-                )
+                c = wire.connection
+                value = c.factor * values[wire.output] + c.offset
+                if c.terms > 1:
+                    terms = self._sums.setdefault(c.target, [0.0] * c.terms)
+                    terms[c.term] = value
+                    value = sum(terms)
+                self._inputs[wire.target][wire.input] = value
 
 
 @contextlib.contextmanager
@@ -185,7 +189,7 @@ def _refuse_discrete_wires(scene: Scene) -> None:
 
 
 def _part(scene: Scene, member: Member) -> Part:
-    wired = [c.target[1] for c in scene.connections if c.target[0] == member.name]
+    wired = dict.fromkeys(c.target[1] for c in scene.connections if c.target[0] == member.name)
     outputs = list(dict.fromkeys(c.source[1] for c in scene.connections if c.source[0] == member.name))
     quasi_static = member.archive.description.model_name == ROD and member.value("dynamic") is False
     kind = QuasiStaticPart if quasi_static else ModelExchangePart

@@ -3,7 +3,7 @@
     rho c dT/dt = div(k grad T) + q                                                     (Eq. 1)
     q = V_i^2/(R_i L A_tca) in annulus i, 0 in the body                                 (Eq. 2, as a power per volume)
     -k dT/dn = h (T - T_inf) on the surface, 0 on the bores                             (Eq. 3, sign corrected)
-    R_i = R_ref,i [1 + alpha_T (T_i - T_ref) + shift_i(t)]
+    R_i = R_ref,i [1 + alpha_T,i (T_i - T_ref) + shift_i(t)]
 
 Everything is per metre of the body's length; temperatures in K. The paper neglects the change of R_i.
 """
@@ -35,11 +35,11 @@ class HeatData:
     length: float
     body_k: float  # W/(m.K)
     body_rho_c: float  # J/(m3.K)
-    tca_k: float
-    tca_rho_c: float
+    tca_k: tuple[float, ...]  # of each TCA
+    tca_rho_c: tuple[float, ...]
     transfer: float  # h, W/(m2.K)
     resistance: tuple[float, ...]  # R_ref,i of the whole TCA [ohm]
-    alpha: float  # 1/K
+    alpha: tuple[float, ...]  # alpha_T,i, 1/K
     T_ref: float
     T_0: float
 
@@ -109,7 +109,10 @@ class Matrices:
         tcas = [mesh.subdomains[f"tca{i}"] for i in range(len(data.section.azimuth))]
         body = np.setdiff1d(np.arange(mesh.nelements), np.concatenate(tcas))
         element = ElementTriP2()
-        inside = [(Basis(mesh, element, elements=part, intorder=4), data.tca_k, data.tca_rho_c) for part in tcas]
+        inside = [
+            (Basis(mesh, element, elements=part, intorder=4), k, rho_c)
+            for part, k, rho_c in zip(tcas, data.tca_k, data.tca_rho_c, strict=True)
+        ]
         parts = [*inside, (Basis(mesh, element, elements=body, intorder=4), data.body_k, data.body_rho_c)]
         surface = FacetBasis(mesh, element, facets="outer", intorder=4)
         self.mass = sum(rho_c * _product.assemble(basis) for basis, _, rho_c in parts)
@@ -189,7 +192,7 @@ def _advance(T, a, b, voltage, ambient, R, m: Matrices, integrate: LinearRadau, 
 def _power(
     volts: np.ndarray, R: np.ndarray, data: HeatData, means: np.ndarray, shift: np.ndarray | float
 ) -> np.ndarray:
-    return volts**2 / (R * (1.0 + data.alpha * (means - data.T_ref) + shift))
+    return volts**2 / (R * (1.0 + np.array(data.alpha) * (means - data.T_ref) + shift))
 
 
 def _row(t: float, T: np.ndarray, power: np.ndarray, outside: float, m: Matrices, data: HeatData):

@@ -101,7 +101,7 @@ def rod_data(rod: Member) -> RodData:
         rest=np.array([*p.curvature, 0.0, 0.0, 1.0]),
         inertia=p.rho * np.array([second, second, 2 * second, area, area, area]),
         retardation=p.retardation,
-        offset=p.geometry.offset,
+        offset=np.array(p.geometry.offset),
         azimuth=np.array(p.geometry.azimuth),
         helix=np.array(p.helix),
         tca_stiffness=p.tca_stiffness if measured else 1.0 / wire.f1,

@@ -70,7 +70,7 @@ class RodData:
     rest: np.ndarray  # strain xi* of the unloaded rod, (6,)
     inertia: np.ndarray  # diagonal of Gamma, (6,)
     retardation: float  # [s], D = retardation K
-    offset: float
+    offset: np.ndarray  # (N,)
     azimuth: np.ndarray  # (N,) [rad]
     helix: np.ndarray  # (N,) [rad/m]
     tca_stiffness: float  # k = 1/f1 [N/m]
@@ -112,7 +112,8 @@ def transposed_ad(screw: np.ndarray, wrench: np.ndarray) -> np.ndarray:
 def routing(data: RodData, s: np.ndarray | float) -> np.ndarray:
     """Position r_i and derivative r_i' of every TCA in the section at s, (2, 3, N, *s.shape)."""
     angle = np.add.outer(data.azimuth, np.zeros_like(s)) + np.multiply.outer(data.helix, s)
-    cosine, sine, zero = data.offset * np.cos(angle), data.offset * np.sin(angle), np.zeros_like(angle)
+    offset = np.expand_dims(data.offset, tuple(range(1, angle.ndim)))
+    cosine, sine, zero = offset * np.cos(angle), offset * np.sin(angle), np.zeros_like(angle)
     turn = np.expand_dims(data.helix, tuple(range(1, angle.ndim)))
     return np.stack([[cosine, sine, zero], [-turn * sine, turn * cosine, zero]])
 

@@ -23,20 +23,20 @@ class Section:
     """Geometry of the cross-section with N TCAs."""
 
     radius: float
-    outer_radius: float  # of a TCA
-    inner_radius: float  # of its bore
-    offset: float  # distance of a TCA's axis from the body's axis
+    outer_radius: tuple[float, ...]  # of each TCA, (N,)
+    inner_radius: tuple[float, ...]  # of its bore, (N,)
+    offset: tuple[float, ...]  # distance of its axis from the body's axis, (N,)
     azimuth: tuple[float, ...]  # [rad], (N,)
 
     @property
     def centres(self) -> np.ndarray:
         """Positions of the TCAs' axes [m], (N, 2)."""
-        return self.offset * np.column_stack([np.cos(self.azimuth), np.sin(self.azimuth)])
+        return np.array(self.offset)[:, None] * np.column_stack([np.cos(self.azimuth), np.sin(self.azimuth)])
 
     @property
-    def tca_area(self) -> float:
-        """Area of one annulus [m2]."""
-        return float(np.pi * (self.outer_radius**2 - self.inner_radius**2))
+    def tca_areas(self) -> np.ndarray:
+        """Areas of the annuli [m2], (N,)."""
+        return np.pi * (np.array(self.outer_radius) ** 2 - np.array(self.inner_radius) ** 2)
 
 
 def triangulate(section: Section, edge: float) -> MeshTri2:
@@ -65,15 +65,15 @@ def triangulate(section: Section, edge: float) -> MeshTri2:
     for i, centre in enumerate(section.centres):
         # The middle of a chord lies inside its circle, so a triangle belongs to the circle with all its corners.
         reach = np.linalg.norm(points[corners] - centre, axis=2).max(axis=1)
-        inside[reach < section.outer_radius * (1 + 1e-9)] = i
-        bored |= reach < section.inner_radius * (1 + 1e-9)
+        inside[reach < section.outer_radius[i] * (1 + 1e-9)] = i
+        bored |= reach < section.inner_radius[i] * (1 + 1e-9)
     keep = ~bored & (np.linalg.norm(middles, axis=1) < section.radius)
     mesh = MeshTri1(np.ascontiguousarray(points.T), np.ascontiguousarray(corners[keep].T))
     curved = MeshTri2.from_mesh(mesh)
     nodes = curved.doflocs.copy()
     circles = [(np.zeros(2), section.radius)]
-    for centre in section.centres:
-        circles += [(centre, section.outer_radius), (centre, section.inner_radius)]
+    for centre, outer, inner in zip(section.centres, section.outer_radius, section.inner_radius, strict=True):
+        circles += [(centre, outer), (centre, inner)]
     for centre, radius in circles:
         _move_onto_circle(curved, nodes, centre, radius)
     domains = {f"tca{i}": np.flatnonzero(inside[keep] == i) for i in range(len(section.centres))}
@@ -89,30 +89,37 @@ def _points(section: Section, edge: float) -> np.ndarray:
     gap = _gap(section)
     if gap <= 0.0:
         raise ValueError(f"TCAs overlap or touch the surface: gap {gap:g} m; move or shrink them")
-    rings = max(2, round((section.outer_radius - section.inner_radius) / edge))
-    radii = np.linspace(section.inner_radius, section.outer_radius, rings + 1)
     outside = np.array([k * edge for k in range(1, _RINGS + 1) if (k + 0.5) * edge < gap / 2])
-    radii = np.append(radii, section.outer_radius + outside)
-    own_circles = [_circle(r, edge, k) for k, r in enumerate(radii)]
-    tca_circles = [centre + ring for centre in section.centres for ring in own_circles]
-    reach = radii[-1] + 0.9 * edge
+    tca_circles, reach = [], []
+    for centre, outer, inner in zip(section.centres, section.outer_radius, section.inner_radius, strict=True):
+        radii = np.linspace(inner, outer, max(2, round((outer - inner) / edge)) + 1)
+        radii = np.append(radii, outer + outside)
+        tca_circles += [centre + _circle(r, edge, k) for k, r in enumerate(radii)]
+        reach.append(radii[-1] + 0.9 * edge)
+    radii_kept_clear = np.array(reach)[:, None]
+
+    def is_clear(candidates: np.ndarray) -> np.ndarray:
+        away = np.stack([np.linalg.norm(candidates - centre, axis=1) for centre in section.centres])
+        return np.asarray((away > radii_kept_clear).all(axis=0))
+
     rim = [_circle(section.radius - k * edge, 1.4 * edge, k) for k in range(2) if (k + 0.5) * edge < gap]
     lattice = _lattice(section.radius - len(rim) * edge, 1.6 * edge)
-    far = np.min([np.linalg.norm(lattice - c, axis=1) for c in section.centres], axis=0) > reach
-    inner_rim = [
-        ring[np.min([np.linalg.norm(ring - c, axis=1) for c in section.centres], axis=0) > reach] for ring in rim[1:]
-    ]
-    points = np.vstack([*tca_circles, rim[0], *inner_rim, lattice[far]])
-    duplicates = cKDTree(points).query_pairs(0.2 * edge * min(1.0, section.inner_radius / edge))
+    inner_rim = [ring[is_clear(ring)] for ring in rim[1:]]
+    points = np.vstack([*tca_circles, rim[0], *inner_rim, lattice[is_clear(lattice)]])
+    duplicates = cKDTree(points).query_pairs(0.2 * edge * min(1.0, min(section.inner_radius) / edge))
     return np.delete(points, sorted({max(pair) for pair in duplicates}), axis=0)
 
 
 def _gap(section: Section) -> float:
     """Smallest distance of a TCA from another one or from the surface [m]."""
-    between = [np.linalg.norm(a - b) for i, a in enumerate(section.centres) for b in section.centres[:i]]
-    return float(
-        min([*(np.array(between) - 2 * section.outer_radius), section.radius - section.offset - section.outer_radius])
-    )
+    centres, outer = section.centres, section.outer_radius
+    between = [
+        float(np.linalg.norm(centres[i] - centres[j])) - outer[i] - outer[j]
+        for i in range(len(outer))
+        for j in range(i)
+    ]
+    to_surface = [section.radius - offset - radius for offset, radius in zip(section.offset, outer, strict=True)]
+    return min([*between, *to_surface])
 
 
 def _circle(radius: float, edge: float, shift: int) -> np.ndarray:

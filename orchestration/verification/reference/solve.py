@@ -22,7 +22,7 @@ from scipy.spatial.transform import Rotation
 from ...errors import SceneError, SubsystemError
 from ...results.dataset import describe_vector
 from ...scene import Member, Scene
-from ...scene.manipulator import ROD, THERMAL
+from ...scene.manipulator import ROD, THERMAL, ThermalParameters
 from .dynamics import DynamicRod
 from .heat import HeatCourse, Matrices, heat
 from .inputs import Inputs, breaks, heat_data, rod_data
@@ -123,7 +123,7 @@ def prepare(
     def solve(observe: Observer) -> xr.Dataset:
         dataset = xr.Dataset(coords={"time": ("time", marks[keep], {"units": "s", "long_name": "time"})})
         course, rod_courses = solve_once(observe, lambda t: 0.0)
-        if thermal and rod and thermal.value("tca.beta"):
+        if thermal and rod and thermal.acts("tca.beta"):
             solve_pass = partial(solve_once, observe)
             course, rod_courses = _iterate_feedback(scene, thermal, rod, pieces, solve_pass, rod_courses, resolution)
         if thermal and course:
@@ -152,7 +152,8 @@ def _iterate_feedback(
     Waveform iteration: it converges because the future does not act on the past. Splines interpolate the displacements
     between the outputs. Raises SubsystemError where it does not converge.
     """
-    scale = thermal.real("tca.beta") / thermal.real("body.length")
+    p = ThermalParameters.of(thermal)
+    scale = np.array(p.beta) / p.geometry.length
     own, sources = Inputs.from_member(thermal, "delta"), {c.target: c.source for c in scene.connections}
     connected = [sources.get((thermal.name, name)) for name in thermal.archive.vectors["delta"]]
     columns = [rod.archive.vectors["delta"].index(source[1]) if source else None for source in connected]
@@ -190,7 +191,7 @@ def _check(scene: Scene, thermal: Member | None, rod: Member | None) -> None:
             raise SceneError(f"reference: member {m.name!r} ({m.archive.path.name}) is not a thermal or rod model")
     for c in scene.connections:
         source, target = c.source[1].partition("[")[0], c.target[1].partition("[")[0]
-        if (source, target) not in {("T", "T"), ("delta", "delta_guess"), ("delta", "delta")}:
+        if c.transforms or (source, target) not in {("T", "T"), ("delta", "delta_guess"), ("delta", "delta")}:
             raise SceneError(f"reference: connection {c} is not covered; allowed: T to T, delta to delta_guess")
 
 

@@ -196,13 +196,13 @@ class BodyView {
   }
   // TCAs in short pieces and the cross-section at the tip, the farthest first.
   drawInside(context, row) {
-    const { routes, stations, tcaRadius } = this.data, width = 2 * tcaRadius * this.factor;
+    const { routes, stations, tcaRadius } = this.data;
     const pieces = [];
     routes.forEach((route, i) => {
       const points = route.map(([a, b], k) => this.project(this.shape.at(row, k, a, b)));
-      const fill = colour(this.temperatures[row * routes.length + i]);
+      const fill = colour(this.temperatures[row * routes.length + i]), width = 2 * tcaRadius[i] * this.factor;
       for (let k = 1; k < stations; ++k) {
-        pieces.push({ depth: 0.5 * (points[k - 1][2] + points[k][2]), points: points.slice(k - 1, k + 1), fill });
+        pieces.push({ depth: 0.5 * (points[k - 1][2] + points[k][2]), points: points.slice(k - 1, k + 1), fill, width });
       }
     });
     const tip = this.project(this.shape.at(row, stations - 1));
@@ -211,9 +211,9 @@ class BodyView {
       if (piece.cap) this.drawCap(context, row, tip);
       else {
         context.lineCap = "butt";
-        this.stroke(context, piece.points, this.ink, width + 1.6);
+        this.stroke(context, piece.points, this.ink, piece.width + 1.6);
         context.lineCap = "round";
-        this.stroke(context, piece.points, piece.fill, width);
+        this.stroke(context, piece.points, piece.fill, piece.width);
       }
     }
     context.lineCap = "butt";

@@ -22,7 +22,7 @@ def body_data(m: Manipulator, other: Manipulator | None = None) -> dict[str, Any
     return {
         "stations": STATIONS,
         "radius": _MILLI * m.radius,
-        "tcaRadius": _MILLI * m.tca_radius,
+        "tcaRadius": [_MILLI * radius for radius in m.tca_radius],
         "routes": [(_MILLI * m.route(i)).round(4).tolist() for i in range(m.azimuth.size)],
         "temperatures": pack_small(m.temperature - ZERO_CELSIUS),
         "gravity": (m.gravity[:1] if constant else m.gravity).round(4).tolist() if m.gravity.any() else [],

@@ -102,7 +102,7 @@ def _powers(result: xr.Dataset, heat: str, data: HeatData) -> Callable[[float, f
     def power(t: float, a: float, b: float) -> np.ndarray:
         V = volts(t)
         V[driven] = given(t, a, b)
-        change = data.alpha * (T(t) - data.T_ref) + beta * delta(t) / data.length
+        change = np.array(data.alpha) * (T(t) - data.T_ref) + np.array(beta) * delta(t) / data.length
         return V**2 / (np.array(data.resistance) * (1.0 + change))
 
     return power

@@ -133,6 +133,6 @@ def _section_data(seen: Field) -> dict[str, Any]:
         "raster": pack_small(seen.raster),
         "radius": _MILLI * section.radius,
         "centres": (_MILLI * section.centres).round(4).tolist(),
-        "outer": _MILLI * section.outer_radius,
-        "inner": _MILLI * section.inner_radius,
+        "outer": [_MILLI * radius for radius in section.outer_radius],
+        "inner": [_MILLI * radius for radius in section.inner_radius],
     }

@@ -59,9 +59,9 @@ class SectionView {
     circle(0, 0, radius), context.stroke();
     context.font = "12px system-ui, 'DejaVu Sans', sans-serif", context.textAlign = "center", context.textBaseline = "middle";
     centres.forEach(([x, y], i) => {
-      circle(x, y, outer), context.stroke();
-      circle(x, y, inner), (context.fillStyle = style("--card")), context.fill(), context.stroke();
-      const far = Math.hypot(x, y) || 1, out = (far + outer + 10 / this.factor) / far;
+      circle(x, y, outer[i]), context.stroke();
+      circle(x, y, inner[i]), (context.fillStyle = style("--card")), context.fill(), context.stroke();
+      const far = Math.hypot(x, y) || 1, out = (far + outer[i] + 10 / this.factor) / far;
       context.fillStyle = "#fff", context.strokeStyle = "#000c", context.lineWidth = 3;
       const at = [this.centre[0] + this.factor * out * x, this.centre[1] - this.factor * out * y];
       context.strokeText(`TCA ${i + 1}`, ...at), context.fillText(`TCA ${i + 1}`, ...at);

@@ -1,0 +1,114 @@
+"""Size of the body in a scene: the keys tcas and segments of the table [body], or body.tcas of one FMU's own table.
+
+FMUs of this package are written at that size when the scene is read (fmi/configuration.py); all others have the size
+that they have."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from ..fmi.archive import Archive, find_fmu
+from ..fmi.configuration import Configuration, can_configure, configured_fmu
+from .validation import Layer
+
+__all__ = ["MAX_SIZES", "open_archives", "take_sizes"]
+
+_TABLE = "body"
+MAX_SIZES = {"tcas": 12, "segments": 6}  # room in the FMUs (fmus/core/capacity.hpp)
+Sizes = dict[str, dict[str, tuple[int, Layer]]]  # by member, "" for all: key -> size and the layer that sets it
+
+
+def take_sizes(layers: Sequence[Layer], members: Mapping[str, str]) -> tuple[list[Layer], Sizes]:
+    """Take the sizes out of the layers.
+
+    Parameters
+    ----------
+    layers
+        Layers of the scene, the later ones win.
+    members
+        Name -> file of the FMUs.
+
+    Returns
+    -------
+    tuple
+        Layers without the sizes, and the sizes.
+
+    Raises
+    ------
+    SceneError
+        A size is out of its range.
+    """
+    sizes: Sizes = {}
+    rest = []
+    for layer in layers:
+        raw = dict(layer.raw)
+        if isinstance(raw.get(_TABLE), Mapping) and _TABLE not in members:
+            raw[_TABLE] = _without(layer, "", _TABLE, raw[_TABLE], sizes)
+        for name in members:
+            if not isinstance(raw.get(name), Mapping):
+                continue
+            own = _without(layer, name, f"{name}.{_TABLE}", raw[name], sizes, f"{_TABLE}.")
+            if isinstance(own.get(_TABLE), Mapping):
+                own[_TABLE] = _without(layer, name, f"{name}.{_TABLE}", own[_TABLE], sizes)
+            raw[name] = own
+        rest.append(replace(layer, raw=raw))
+    return rest, sizes
+
+
+def _without(
+    layer: Layer, member: str, label: str, table: Mapping[str, Any], sizes: Sizes, prefix: str = ""
+) -> dict[str, Any]:
+    """Return the table without its sizes, which are noted."""
+    kept = dict(table)
+    for key, most in MAX_SIZES.items():
+        size = kept.pop(prefix + key, None)
+        if size is None:
+            continue
+        if isinstance(size, bool) or not isinstance(size, int) or not 1 <= size <= most:
+            layer.refuse(f"{label}.{key}", size, f"give a whole number from 1 to {most}")
+        sizes.setdefault(member, {})[key] = (size, layer)
+    return kept
+
+
+def open_archives(
+    files: Mapping[str, str], folder: Path, sizes: Sizes, archive: Callable[[Path], Archive]
+) -> dict[str, Archive]:
+    """Open the FMUs of a scene, at their sizes.
+
+    Parameters
+    ----------
+    files
+        Name of the member -> file of its FMU.
+    folder
+        Folder that relative paths start from.
+    sizes
+        As take_sizes() returns them.
+    archive
+        Opens an FMU.
+
+    Raises
+    ------
+    SceneError
+        An FMU is not there, or is none whose size can be chosen.
+    """
+    archives = {name: archive(find_fmu(file, folder)) for name, file in files.items()}
+    if not sizes:
+        return archives
+    for name, source in archives.items():
+        wanted = {**sizes.get("", {}), **sizes.get(name, {})}
+        if can_configure(source) and wanted:
+            tcas, segments = (wanted[key][0] if key in wanted else None for key in MAX_SIZES)
+            archives[name] = archive(configured_fmu(source, Configuration(tcas, segments)))
+            source.close()
+        elif name in sizes:
+            key, (size, layer) = next(iter(sizes[name].items()))
+            layer.refuse(
+                f"{name}.{_TABLE}.{key}", size, f"the size of {source.path.name} cannot be chosen; leave it out"
+            )
+    if "" in sizes and not any(can_configure(each) for each in archives.values()):
+        key, (size, layer) = next(iter(sizes[""].items()))
+        layer.refuse(f"{_TABLE}.{key}", size, "no FMU of the scene has a size that can be chosen; leave it out")
+    return archives
