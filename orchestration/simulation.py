@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import contextlib
 import json
 import warnings
@@ -39,6 +40,7 @@ __all__ = [
     "open_simulation",
     "partial_as_dataset",
     "recorded_variables",
+    "release_instances",
     "run",
     "run_table",
     "run_to_end",
@@ -46,6 +48,8 @@ __all__ = [
 
 Instance = Slave | ModelExchangeInstance | IsolatedInstance
 
+MAX_KEPT = 16  # instances kept for further runs: those of several scenes with all their FMUs
+_KEPT: dict[tuple[Any, ...], Slave] = {}  # FMU, name and interface -> an instance that ended its run, newest last
 LONGEST = 100.0  # longest step of a control that adapts it, in macro steps: beyond, a run shows too few points
 
 
@@ -119,7 +123,7 @@ def open_simulation(
     with contextlib.ExitStack() as stack:
         for member in scene.members:
             stack.callback(member.archive.close)  # the extracted files; a later run extracts them again
-        slaves = tuple(stack.enter_context(contextlib.closing(_instance(scene, member))) for member in scene.members)
+        slaves = tuple(stack.enter_context(_lent(scene, member)) for member in scene.members)
         frozen = {m.name for m in scene.members if m.frozen}
         connections = [c for c in scene.connections if c.target[0] not in frozen]
         systems: dict[str, Recorder] = {
@@ -201,18 +205,58 @@ def _instance(scene: Scene, member: Member) -> Instance:
         kind = ModelExchangeInstance
     if member.archive.once_per_process and _first_of_its_fmu(scene, member) is not member:
         kind = IsolatedInstance
-    fed = dict.fromkeys(c.target[1] for c in scene.connections if c.target[0] == member.name)
     return kind(
         member.archive,
         member.name,
         member.parameters,
-        inputs=[*fed, *member.signals],
-        outputs=list(dict.fromkeys(c.source[1] for c in scene.connections if c.source[0] == member.name)),
-        recorded=[v.name for v in recorded_variables(member)],
+        **_interface(scene, member),
         start=scene.start_time,
         stop=scene.stop_time,
         tolerance=scene.tolerance,
     )
+
+
+@contextlib.contextmanager
+def _lent(scene: Scene, member: Member) -> Iterator[Instance]:
+    """Yield an instance that is new, or reset where that makes it one; it is kept unless the run fails."""
+    facts = (member.archive.digest, member.name, *(tuple(names) for names in _interface(scene, member).values()))
+    slave: Instance | None = None
+    try:
+        if facts in _KEPT:
+            slave = kept = _KEPT.pop(facts)
+            kept.reset(member.parameters, scene.start_time, scene.stop_time, scene.tolerance)
+        else:
+            slave = _instance(scene, member)
+        yield slave
+    except BaseException:
+        if slave is not None:
+            slave.close()
+        raise
+    if isinstance(slave, Slave) and slave.reusable and facts not in _KEPT:
+        _KEPT[facts] = slave
+        while len(_KEPT) > MAX_KEPT:
+            _KEPT.pop(next(iter(_KEPT))).close()
+    else:
+        slave.close()
+
+
+def release_instances() -> None:
+    """Free the instances that are kept for further runs."""
+    while _KEPT:
+        _KEPT.popitem()[1].close()
+
+
+atexit.register(release_instances)
+
+
+def _interface(scene: Scene, member: Member) -> dict[str, list[str]]:
+    """Return the names of the variables that are driven, read and recorded."""
+    fed = dict.fromkeys(c.target[1] for c in scene.connections if c.target[0] == member.name)
+    return {
+        "inputs": [*fed, *member.signals],
+        "outputs": list(dict.fromkeys(c.source[1] for c in scene.connections if c.source[0] == member.name)),
+        "recorded": [v.name for v in recorded_variables(member)],
+    }
 
 
 def load_member(scene: Scene, member: Member) -> Recorder:

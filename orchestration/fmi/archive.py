@@ -13,7 +13,7 @@ import os
 import tempfile
 import zipfile
 from collections.abc import Mapping
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -23,7 +23,7 @@ from . import cache, fmi2
 from .description import Description, full_description, pack, read_description, unpack
 from .unpacking import containing_file, extract, open_archive, read_member
 from .variables import Value, Variable
-from .vectors import Vector, find_vectors
+from .vectors import Vector
 
 if TYPE_CHECKING:
     from fmpy.model_description import ModelDescription
@@ -33,6 +33,16 @@ __all__ = ["Archive", "Value", "Variable", "cached_archive", "find_fmu", "librar
 MAX_PREFIX = 40  # characters of an FMU's name in that of its folder: file systems allow 255 bytes in all
 # FMUs of these tools keep no state outside their instances, so that instances may share one loaded library.
 REENTRANT_TOOLS = ("tca-cosim",)
+
+
+_DESCRIPTIONS: dict[str, Description] = {}  # of this process, by the hash of the file's content
+
+
+@lru_cache(maxsize=64)
+def _digest(path: Path, identity: tuple[int, ...]) -> str:
+    """Return the hash of an FMU's content; identity: what tells that the file is the same."""
+    with open_archive(path) as file:
+        return hashlib.sha256(file.read()).hexdigest()
 
 
 class Archive:
@@ -52,11 +62,14 @@ class Archive:
     def __init__(self, path: Path) -> None:
         self.path = path
         try:
-            with open_archive(path) as file:
-                self.digest = hashlib.sha256(file.read()).hexdigest()  # of the file's content
+            status = containing_file(path).stat()
+            identity = (status.st_ino, status.st_mtime_ns, status.st_ctime_ns, status.st_size)
+            self.digest = _digest(path, identity)  # of the file's content
         except Exception as error:  # archives fail in many ways
             raise SceneError(f"{path}: not a readable FMU ({_reason(error)})") from error
-        self.description = self._kept_description() or self._read_description()
+        known = _DESCRIPTIONS.get(self.digest)
+        self.description: Description = known or self._kept_description() or self._read_description()
+        _DESCRIPTIONS[self.digest] = self.description
         self.variables: Mapping[str, Variable] = self.description.variables
         self._folders: list[tempfile.TemporaryDirectory[str]] = []
         self._kept: Path | None = None
@@ -94,15 +107,15 @@ class Archive:
         """Read the whole description by FMPy: model structure and what else runs do not need."""
         return full_description(_content(self.path))
 
-    @cached_property
+    @property
     def arrays(self) -> dict[str, Vector]:
         """Base name -> vector or matrix of that name."""
-        return find_vectors(self.variables)
+        return self.description.arrays
 
-    @cached_property
+    @property
     def vectors(self) -> dict[str, tuple[str, ...]]:
         """Base name -> names of the elements in the order of their indices."""
-        return {base: vector.elements for base, vector in self.arrays.items()}
+        return self.description.vectors
 
     @property
     def once_per_process(self) -> bool:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..errors import SceneError
 from .variables import Variable
+from .vectors import Vector, find_vectors
 
 if TYPE_CHECKING:
     from fmpy.model_description import ModelDescription
@@ -46,6 +47,16 @@ class Description:
     state_count: int
     event_indicator_count: int
     variables: Mapping[str, Variable]
+
+    @cached_property
+    def arrays(self) -> dict[str, Vector]:
+        """Base name -> vector or matrix of that name."""
+        return find_vectors(self.variables)
+
+    @cached_property
+    def vectors(self) -> dict[str, tuple[str, ...]]:
+        """Base name -> names of the elements in the order of their indices."""
+        return {base: vector.elements for base, vector in self.arrays.items()}
 
     @cached_property
     def interface(self) -> Interface:

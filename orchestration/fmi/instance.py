@@ -97,18 +97,24 @@ class Instance:
         self._prepare(interface)
         try:
             self._instantiate(archive.guid, description.log_categories)
-            self._call(
-                "fmi2SetupExperiment",
-                int(tolerance is not None),
-                tolerance or 0.0,
-                start,
-                int(stop is not None),
-                stop or 0.0,
-            )
-            self._set_parameters(variables, parameters)
+            self._set_up(parameters, start, stop, tolerance)
         except BaseException:
             self.close()
             raise
+
+    def _set_up(
+        self, parameters: Mapping[str, Value], start: float, stop: float | None, tolerance: float | None
+    ) -> None:
+        """Set experiment and parameters of an instance that is new, or reset."""
+        self._call(
+            "fmi2SetupExperiment",
+            int(tolerance is not None),
+            tolerance or 0.0,
+            start,
+            int(stop is not None),
+            stop or 0.0,
+        )
+        self._set_parameters(self._archive.variables, parameters)
 
     def _load(self, archive: Archive, interface: Interface) -> tuple[Path, ctypes.CDLL]:
         """Load the shared library of an interface; return the folder of the FMU and the library."""

@@ -72,6 +72,11 @@ class Log:
         else:
             log.add(status, (message or b"").decode("utf-8", "replace").replace("##", "#"))
 
+    def restart(self, time: float) -> None:
+        """Forget everything, as at the start of a run at `time` [s]."""
+        self.time = time
+        self.messages, self.warnings = [], {}
+
     def add(self, status: int, text: str) -> None:
         """Keep a message that says more than that all is well."""
         text = text.strip()[:MAX_TEXT]

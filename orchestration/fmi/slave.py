@@ -7,13 +7,14 @@ from __future__ import annotations
 
 import ctypes
 import math
+from collections.abc import Mapping
 
 import numpy as np
 
 from ..errors import SubsystemError, TerminationRequest
 from . import fmi2
 from .description import Interface
-from .instance import Instance
+from .instance import Instance, Value
 
 __all__ = ["Slave"]
 
@@ -117,6 +118,37 @@ class Slave(Instance):
             self.library.fmi2Terminate(self._component)  # whatever it answers, it is freed next
         self._begun = False
         super().close()
+
+    @property
+    def reusable(self) -> bool:
+        """Whether reset() makes it what a new instance is: FMUs of this project are tested to do so."""
+        return self._archive.reentrant and self._loaded and self._begun and not self._dead
+
+    def reset(
+        self,
+        parameters: Mapping[str, Value],
+        start: float = 0.0,
+        stop: float | None = None,
+        tolerance: float | None = None,
+    ) -> None:
+        """Return to what a new instance with these parameters is; arguments are those of Instance.
+
+        Raises
+        ------
+        SubsystemError
+            The FMU refuses it or a value.
+        """
+        for state in tuple(self._states):
+            self.free(ctypes.c_void_p(state))
+        self._typed.fmi2Terminate(self._component)
+        self._begun = self._initialising = False
+        self._stop, self._steps = stop, 0
+        self._log.restart(start)
+        self._overwrites = True
+        self.library = fmi2.untyped(self._typed)
+        self._prepare(self._archive.description.interface)
+        self._call("fmi2Reset")
+        self._set_up(parameters, start, stop, tolerance)
 
     def set_inputs(self, polynomials: np.ndarray) -> None:
         """Set the inputs for the step to come.
