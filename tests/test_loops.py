@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import gc
+import json
 import resource
 from collections.abc import Iterator
+from pathlib import Path
 
 import numpy as np
 import pytest
 import tca_cosim as tca
 import xarray as xr
 from tca_cosim import simulation
+from tca_cosim.fmi import cache
 from tca_cosim.fmi.slave import Slave
+from tca_cosim.studies.model_selection import kept_choice, selection
 
 TIMED = ("statistics",)  # attributes that no two runs share
 
@@ -101,3 +105,83 @@ def test_memory_does_not_grow_over_many_runs() -> None:
         gc.collect()
         sizes.append(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
     assert sizes[-1] - sizes[1] < 2000  # [KiB] over 50 runs: less than half of what one pair of instances takes
+
+
+# -- choices of models
+
+
+AUTO = ["stop_time=0.2", "fidelity.level=auto", "fidelity.tolerance=1e-2"]
+
+
+@pytest.fixture
+def searches(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> list[str]:
+    """Names of the scenes that are searched, from an empty cache on."""
+    monkeypatch.setenv(cache.VARIABLE, str(tmp_path / "cache"))
+    monkeypatch.setattr(kept_choice, "_FOUND", {})
+    found: list[str] = []
+    propose = selection.propose_choice
+    monkeypatch.setattr(selection, "propose_choice", lambda *how: (found.append("search"), propose(*how))[1])
+    return found
+
+
+def test_the_same_scene_is_searched_once(searches: list[str]) -> None:
+    first = tca.run("load", AUTO)
+    for _ in range(2):
+        assert_same_data(tca.run("load", AUTO), first)
+    kept_choice._FOUND.clear()  # as in the next process
+    again = tca.run("load", AUTO)
+    assert_same_data(again, first)
+    assert searches == ["search"]
+    record, known = (json.loads(result.attrs["fidelity"]) for result in (first, again))
+    assert known["budget"].pop("reused") is True
+    record["budget"].pop("run_s")
+    known["budget"].pop("run_s")
+    assert known == record
+        **record,
+        "budget": {**record["budget"], "run_s": 0},
+    }
+
+
+def assert_same_data(one: xr.Dataset, other: xr.Dataset) -> None:
+    xr.testing.assert_identical(one.drop_attrs(deep=False), other.drop_attrs(deep=False))
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        "fidelity.search=anew",
+        "fidelity.tolerance=2e-2",
+        "rod.body.E=40000",
+        "rod.tip_force=[0.01, 0, 0]",
+        "stop_time=0.3",
+        "coupling.macro_step=0.05",
+        'fidelity.quantities=["rod.tip.euler"]',
+    ],
+)
+def test_what_decides_a_choice_is_searched_anew(searches: list[str], change: str) -> None:
+    tca.run("load", AUTO)
+    tca.run("load", [*AUTO, change])
+    assert searches == ["search", "search"]
+
+
+def test_what_decides_nothing_is_not(searches: list[str]) -> None:
+    tca.run("load", AUTO)
+    tca.run("load", [*AUTO, "title=another", "limits.speed=3"])
+    assert searches == ["search"]
+
+
+def test_other_code_and_damaged_files_are_searched_anew(
+    searches: list[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    tca.run("load", AUTO)
+    (path,) = (tmp_path / "cache" / "choices").glob("*.json")
+    for content in (b"", path.read_bytes()[:-5], b"no hash\n{}"):
+        kept_choice._FOUND.clear()
+        path.write_bytes(content)
+        tca.run("load", AUTO)
+    cache.keep_bytes(f"choices/{path.name}", b'{"choice": {"order": 1}, "record": {}}')  # of other hierarchies
+    kept_choice._FOUND.clear()
+    tca.run("load", AUTO)
+    monkeypatch.setattr(kept_choice, "_code", lambda: ["later", ""])
+    tca.run("load", AUTO)
+    assert len(searches) == 6

@@ -119,7 +119,7 @@ def test_commands(tmp_path: Path) -> None:
 
 def test_a_search_says_what_it_is_at(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     texts: list[str] = []
-    scene = read("load", ["stop_time=0.2", "fidelity.level=auto"])
+    scene = read("load", ["stop_time=0.2", "fidelity.level=auto", "fidelity.search=anew"])
     result = model_selection.run_selected(scene, status=texts.append)
     assert [text.split(":")[0].split(",")[0] for text in texts] == [f"run {k + 1}" for k in range(len(texts))]
     assert len(texts) == json.loads(result.attrs["fidelity"])["budget"]["runs"]
@@ -129,7 +129,8 @@ def test_a_search_says_what_it_is_at(monkeypatch: pytest.MonkeyPatch, tmp_path: 
     terminal = Console(file=shown, force_terminal=True, width=200, _environ={"TERM": "xterm"})
     monkeypatch.setattr(console.out, "_console", terminal)
     monkeypatch.chdir(tmp_path)
-    done = CliRunner().invoke(app, ["run", "load", "--set", "stop_time=0.2", "--set", "fidelity.level=auto"])
+    auto = ["--set", "fidelity.level=auto", "--set", "fidelity.search=anew"]
+    done = CliRunner().invoke(app, ["run", "load", "--set", "stop_time=0.2", *auto])
     assert done.exit_code == 0
     assert "load, run" in shown.getvalue()
 

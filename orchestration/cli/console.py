@@ -213,10 +213,10 @@ def run_table(scene: Scene) -> ResultTable:
             if scene.accuracy.level == "given":
                 result = watched(scene, partial(simulation.run_table, scene))
             else:
-                from ..studies.model_selection import select
+                from ..studies.model_selection import run_selected_table
 
                 with busy(scene.name) as show:
-                    result = select(scene, show).table()
+                    result = run_selected_table(scene, status=show)
         except CosimError as error:
             if error.partial is not None:
                 _show_messages(error.partial)

@@ -19,6 +19,9 @@ class AccuracyRequest:
 
     level: str = setting("given", "given: use the scene's models; auto: select them", choices=("given", "auto"))
     tolerance: float = setting(1e-3, "rms error of the quantities over the run, share of their range", "1", 1e-6, 0.3)
+    search: str = setting(
+        "once", "once: reuse what an earlier search for the same scene chose; anew: search", choices=("once", "anew")
+    )
     quantities: tuple[str, ...] = ()  # empty: the tip's position
 
 

@@ -6,6 +6,15 @@ allows (hierarchy, search). The result says what was chosen and why (selection, 
 can be audited (reference_level, cost_study)."""
 
 from .cost_study import CostStudy, RatedChoice, cost_study
-from .selection import Selection, audit, run_selected, select
+from .selection import Selection, audit, run_selected, run_selected_table, select
 
-__all__ = ["CostStudy", "RatedChoice", "Selection", "audit", "cost_study", "run_selected", "select"]
+__all__ = [
+    "CostStudy",
+    "RatedChoice",
+    "Selection",
+    "audit",
+    "cost_study",
+    "run_selected",
+    "run_selected_table",
+    "select",
+]

@@ -16,6 +16,7 @@ from ...scene import Scene
 from .dimensionless_numbers import DimensionlessNumbers, dimensionless_numbers
 from .explanation import reasons, summary
 from .hierarchy import Choice, Hierarchies, choice_settings, model_hierarchies
+from .kept_choice import keep_choice, kept_choice
 from .proposal import propose_choice
 from .reference_level import reference_choice
 from .runs import ResumableRun, RunCache
@@ -24,7 +25,7 @@ from .search import SearchResult, coarsen, refine
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["Selection", "StatusMessage", "audit", "run_selected", "select"]
+__all__ = ["Selection", "StatusMessage", "audit", "run_selected", "run_selected_table", "select"]
 
 SEARCH_WINDOW = 0.4  # share of the scene that the search refines on first; the whole is the check
 _TERMS = ("model", "space", "time", "coupling")
@@ -143,6 +144,7 @@ def select(
         Where the scene asks for nothing.
     """
     begin = time.thread_time()
+    searches_all = hierarchies is None  # only then it is what a run with level = "auto" takes
     hierarchies = model_hierarchies(scene) if hierarchies is None else hierarchies
     numbers, tolerance = dimensionless_numbers(scene), scene.accuracy.tolerance
     stop, macro = scene.stop_time, scene.coupling.macro_step
@@ -153,7 +155,10 @@ def select(
         choice = refine(runs, hierarchies, proposal, tolerance, window, shown.tried)
         choice = refine(runs, hierarchies, choice, tolerance, stop, shown.tried)  # ends at once where the rest is alike
         search = coarsen(runs, hierarchies, choice, tolerance, stop, shown.tried)
-    return Selection(scene, runs, hierarchies, numbers, search, time.thread_time() - begin)
+    selection = Selection(scene, runs, hierarchies, numbers, search, time.thread_time() - begin)
+    if searches_all:
+        keep_choice(scene, search.choice, selection.record())
+    return selection
 
 
 def audit(selection: Selection) -> float:
@@ -167,11 +172,26 @@ def audit(selection: Selection) -> float:
 def run_selected(
     scene: Scene, progress: Callable[[float], None] = lambda time: None, status: StatusMessage = lambda text: None
 ) -> xr.Dataset:
+    """Run a scene as run_selected_table does, and return the result as a Dataset."""
+    with simulation.partial_as_dataset():
+        return run_selected_table(scene, progress, status).to_xarray()
+
+
+def run_selected_table(
+    scene: Scene, progress: Callable[[float], None] = lambda time: None, status: StatusMessage = lambda text: None
+) -> ResultTable:
     """Run a scene, with the models selected where it says level = "auto".
 
-    progress is called with the time [s] of a run with given models, status with what a selection is doing. Raises what
-    simulation.run and select raise."""
+    What an earlier search chose for the same scene is taken, unless it says search = "anew"; the record says so
+    (budget.reused). progress is called with the time [s] of a run with given models, status with what a selection is
+    doing. Raises what simulation.run and select raise."""
     if scene.accuracy.level == "given":
-        return simulation.run(scene, progress)
-    with simulation.partial_as_dataset():
-        return select(scene, status).result()
+        return simulation.run_table(scene, progress)
+    known = kept_choice(scene)
+    if known is None:
+        return select(scene, status).table()
+    begin = time.thread_time()
+    table = simulation.run_table(known.scene(scene), progress)
+    budget = {**known.record["budget"], "run_s": time.thread_time() - begin, "reused": True}
+    table.attrs["fidelity"] = json.dumps({**known.record, "budget": budget}, allow_nan=False)
+    return table
