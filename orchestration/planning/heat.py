@@ -87,7 +87,8 @@ class HeatModel:
         self._stack.callback(archive.close)
         voltages = archive.vectors[VOLTAGE]
         temperatures = archive.vectors[TEMPERATURE]
-        plain = dict(member.parameters) | {"tca.alpha_T": 0.0, "tca.beta": 0.0}
+        feedback = [name for vector in ("tca.alpha_T", "tca.beta") for name in archive.vectors[vector]]
+        plain = dict(member.parameters) | dict.fromkeys(feedback, 0.0)
         if member.choice("level") == "full":
             plain["level"] = archive.variables["level"].item_value("reduced")
         self._slave = Slave(archive, member.name, plain, [*voltages, AMBIENT], [*temperatures, HOTTEST])

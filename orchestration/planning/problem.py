@@ -134,7 +134,9 @@ class PathProblem:
         q = self.heat.parameters
         T = 0.5 * (np.vstack([self.heat.T_start, temperatures[:-1]]) + temperatures)
         delta = 0.5 * (np.vstack([np.zeros(self.shape[1]), displacements[:-1]]) + displacements)
-        return np.asarray(q.resistance * (1.0 + q.alpha * (T - q.T_ref) + q.beta * delta / q.geometry.length))
+        return np.asarray(
+            q.resistance * (1.0 + np.array(q.alpha) * (T - q.T_ref) + np.array(q.beta) * delta / q.geometry.length)
+        )
 
     def cost(self, powers: np.ndarray, outputs: np.ndarray) -> float:
         """Return the cost of powers (K, N) [W] whose path has the outputs (K, p)."""
@@ -177,7 +179,7 @@ class PathProblem:
         cuts, excess = self._cuts(P)
         while iterations < MAX_ITERATIONS and not converged:
             iterations += 1
-            if self.heat.parameters.alpha or self.heat.parameters.beta:
+            if any(self.heat.parameters.alpha) or any(self.heat.parameters.beta):
                 R = self.resistances(self.temperatures(P), self._displacements)
                 self._largest = self.limits.voltage**2 / R
                 P = np.minimum(P, self._largest)
