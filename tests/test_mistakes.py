@@ -32,7 +32,7 @@ dynamic = false
 @pytest.fixture
 def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(console.out, "width", 200)
+    monkeypatch.setattr(console.out.console, "width", 200)
     (tmp_path / "good.toml").write_text(SCENE)
     (tmp_path / "data.csv").write_text("t,V1\n0,0\n1,2\n")
     (tmp_path / "folder").mkdir()
@@ -324,10 +324,30 @@ def test_results_beyond_the_limits_are_doubtful(here: Path) -> None:
     done = call("run", "good.toml", *hot)
     assert done.exit_code == 0
     assert "warning: thermal: TCA 1 is hotter than 150 degC from t = " in " ".join(done.stderr.split())
-    allowed = ("--set", "limits.temperature=100000 degC", "--set", "limits.speed=100", "--name", "hot")
+    allowed = (
+        "--set",
+        "limits.temperature=100000 degC",
+        "--set",
+        "limits.speed=100",
+        "--set",
+        "limits.strain=100",
+        "--name",
+        "hot",
+    )
     assert "warning" not in call("run", "good.toml", *hot, *allowed).stderr
     with pytest.warns(tca.SceneWarning, match=r"hotter than 60 degC from t = 0\.[12] s on \(up to \d+ degC\)"):
         tca.run("good.toml", {"thermal.V": 30, "limits.temperature": "60 degC"})
+
+
+def test_a_body_strained_beyond_linear_elasticity_is_doubtful(here: Path) -> None:
+    """A pull of 0.5 N stretches body and TCAs together by 4.0 %."""
+    pulled = ("--set", "thermal.V=[0, 0, 0]", "--set", "rod.tip_force=[0, 0, 0.5]")
+    assert "warning" not in call("run", "good.toml", *pulled).stderr
+    limited = (*pulled, "--set", "limits.strain=3 %")
+    said = " ".join(call("run", "good.toml", *limited).stderr.split())
+    assert "rod: the body is strained along TCA 1 by more than 3 % from t = 0 s on (up to 4 %)" in said
+    remedy = ("--set", "limits.strain=3 %", "--set", "rod.tip_force=[0, 0, 0.1]", "--name", "mild")
+    assert "warning" not in call("run", "good.toml", *pulled, *remedy).stderr
 
 
 def test_the_version_and_groups_of_commands(here: Path) -> None:

@@ -7,14 +7,14 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ..scene import Scene
-from ..scene.manipulator import ROD, TEMPERATURE, THERMAL, VOLTAGE
+from ..scene import Member, Scene
+from ..scene.manipulator import DISPLACEMENT, ROD, TEMPERATURE, THERMAL, VOLTAGE
 from .table import ResultLike
 
 __all__ = ["doubtful"]
 
 ZERO_CELSIUS = 273.15  # [K]
-_HOTTEST, _VELOCITY = "T_max", "tip.v"
+_HOTTEST, _VELOCITY, _LENGTH = "T_max", "tip.v", "body.length"
 
 
 def doubtful(scene: Scene, result: ResultLike) -> list[str]:
@@ -26,6 +26,8 @@ def doubtful(scene: Scene, result: ResultLike) -> list[str]:
         texts += _temperature(result, thermal.name, scene.limits.temperature)
     if thermal and rod and rod.name in members and np.any(result[f"{thermal.name}.{VOLTAGE}"].to_numpy()):
         texts += _speed(result, rod.name, scene.limits.speed)
+    if rod and rod.name in members:
+        texts += _strain(result, rod, scene.limits.strain)
     return texts
 
 
@@ -54,4 +56,19 @@ def _speed(result: ResultLike, member: str, limit: float) -> Iterator[str]:
         yield (
             f"{member}: the tip is faster than {limit:g} m/s from t = {time:g} s on (up to {most:.2g} m/s), so that "
             "the heat transfer from the surface is not constant; slow the motion down, or set limits.speed"
+        )
+
+
+def _strain(result: ResultLike, rod: Member, limit: float) -> Iterator[str]:
+    if f"{rod.name}.{DISPLACEMENT}" not in result or _LENGTH not in rod.archive.variables:
+        return
+    strains = np.abs(result[f"{rod.name}.{DISPLACEMENT}"].to_numpy()) / rod.real(_LENGTH)
+    beyond = np.flatnonzero(np.max(strains, axis=1) > limit)
+    if beyond.size:
+        row = int(beyond[0])
+        time, most = float(result["time"].to_numpy()[row]), float(strains.max())
+        yield (
+            f"{rod.name}: the body is strained along TCA {int(np.argmax(strains[row])) + 1} by more than "
+            f"{100.0 * limit:g} % from t = {time:g} s on (up to {100.0 * most:.0f} %), where it is not linear elastic; "
+            "lower voltages or loads, or set limits.strain"
         )

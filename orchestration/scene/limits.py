@@ -17,3 +17,6 @@ class Limits:
     speed: float = setting(
         0.1, "speed of the tip up to which the heat transfer from the surface may be taken as constant", "m/s", 1e-9
     )
+    strain: float = setting(
+        0.3, "stretch or compression of the body along a TCA up to which it may be taken as linear elastic", "1", 1e-9
+    )
