@@ -61,19 +61,38 @@ void set_starts(std::vector<Variable>& rows, const Configuration& configuration)
   }
 }
 
-/// Leaves the states alone that move at the start values, and takes the others out of the lists of dependencies.
+/// Inputs that act on some state, by the names that the table uses.
+std::vector<std::string> acting_inputs(const std::vector<Variable>& rows) {
+  std::vector<std::string> names;
+  for (const Variable& state : rows) {
+    if (state.causality != Causality::state) continue;
+    for (const std::string& name : state.depends_on) {
+      const bool is_input = std::ranges::any_of(
+          rows, [&](const Variable& row) { return row.causality == Causality::input && acts_as(row, name); });
+      if (is_input && std::ranges::find(names, name) == names.end()) names.push_back(name);
+    }
+  }
+  return names;
+}
+
+/// Leaves the states alone that move at the start values, and takes the others out of the lists of dependencies. Where
+/// none moves, as in a static model, what depended on states depends on the inputs at once.
 void keep_moving_states(std::vector<Variable>& rows, const Configuration& configuration, std::size_t count) {
   const auto model = make_model(configuration);
   write_starts(rows, model->data().data());
   require(model->build().at("configuration: the start values"));
   std::vector<bool> moving(count, false);
   if (model->check_states().is_ok()) moving = moving_states(*model, count);
+  const bool is_static = std::ranges::find(moving, true) == moving.end();
+  const std::vector<std::string> inputs = is_static ? acting_inputs(rows) : std::vector<std::string>{};
   std::erase_if(rows, [&](const Variable& row) { return row.causality == Causality::state && !moving[row.offset]; });
   const auto is_gone = [&](const std::string& name) {
     return std::ranges::none_of(rows, [&](const Variable& known) { return acts_as(known, name); });
   };
   for (Variable& row : rows) {
-    std::erase_if(row.depends_on, is_gone);
+    if (std::erase_if(row.depends_on, is_gone) > 0)
+      for (const std::string& name : inputs)
+        if (std::ranges::find(row.depends_on, name) == row.depends_on.end()) row.depends_on.push_back(name);
     if (row.start_depends_on) std::erase_if(*row.start_depends_on, is_gone);
   }
 }

@@ -184,6 +184,16 @@ TEST(Export, RefusesParametersThatMoveStatesLeftOut) {
   EXPECT_EQ(none.files["modelDescription.xml"].find("derivative="), std::string::npos);
 }
 
+TEST(Export, WithoutStatesOutputsDependOnTheInputsThatActedOnStates) {
+  const auto blueprint = Blueprint::of(read_configuration("states moving\nstart scheme midpoint"));
+  const auto depends = [&](const char* name) {
+    return std::ranges::find(blueprint->rows, std::string(name), &Variable::name)->depends_on;
+  };
+  EXPECT_EQ(depends("x"), std::vector<std::string>{"force"});
+  EXPECT_EQ(depends("reading"), (std::vector<std::string>{"bias", "force"}));
+  EXPECT_EQ(depends("builds"), std::vector<std::string>{});
+}
+
 TEST(Export, RefusesAStaleOrForeignDescription) {
   Exported heavy("start mass 2"), light("start mass 0.5");
   EXPECT_NE(heavy.guid, light.guid);
