@@ -23,7 +23,7 @@ ORDER = (
     ("api",),
     ("stepping",),
     ("linear",),
-    ("planning",),
+    ("planning", "identification"),
     ("cli",),
 )
 RANK = {name: rank for rank, layer in enumerate(ORDER) for name in layer}

@@ -26,7 +26,7 @@ COMMANDS: dict[str, dict[str, str]] = {
         "linearise": "linearise",
         "stability": "stability",
     },
-    "Design": {"plan": "plan", "workspace": "workspace"},
+    "Design": {"plan": "plan", "workspace": "workspace", "identify": "identify"},
     "Benchmark": {"timing": "timing", "chart": "chart", "halving": "halving", "peers": "peers"},
 }
 

@@ -20,7 +20,7 @@ from ..cosim.signals import Ramps, Signal, Steps
 from ..fmi import units
 from ..fmi.archive import Variable, similar
 
-__all__ = ["ENTRIES", "column_names", "column_signal"]
+__all__ = ["ENTRIES", "column_names", "column_signal", "convert_column", "split_head"]
 
 ENTRIES = ("file", "column", "time", "interpolation")
 _INTERPOLATIONS: Mapping[str, type[Ramps | Steps]] = {"linear": Ramps, "held": Steps}
@@ -48,14 +48,20 @@ def column_signal(content: Any, folder: Path, variable: Variable) -> Signal:
     if "column" not in content and len(names) > 2:
         raise ValueError(f"table without column; allowed: {', '.join(name for name in names if name != names[time])}")
     column = _index(content.get("column", names[1] if len(names) > 1 else names[0]), names, "column")
-    times = _converted([row[time] for row in rows], stated[time], _TIME, path)
-    values = _converted([row[column] for row in rows], stated[column], variable, path)
+    times = convert_column([row[time] for row in rows], stated[time], _TIME, path)
+    values = convert_column([row[column] for row in rows], stated[column], variable, path)
     if any(b <= a for a, b in itertools.pairwise(times)):
         raise ValueError(f"{path}: times must increase; sort the rows, one for each time")
     for value in values:
         if not variable.least <= value <= variable.most:
             raise ValueError(f"{path}: {value:g} is out of range; allowed: {variable.least:g} to {variable.most:g}")
     return _INTERPOLATIONS[kind](tuple(times), tuple(values))
+
+
+def split_head(cell: str) -> tuple[str, str]:
+    """Split the head of a column: 'tip.p[1] [mm]' -> ('tip.p[1]', 'mm'); the unit is '' where there is none."""
+    match = _HEAD.fullmatch(cell)
+    return (match[1], match[2] or "") if match else ("", "")
 
 
 def column_names(path: Path) -> list[str]:
@@ -84,8 +90,7 @@ def _read(path: Path, modified: int) -> tuple[list[str], list[str], list[list[fl
         raise ValueError(f"{path}: more than {MAX_ROWS} rows; sample it more coarsely")
     delimiter = next((d for d in ("\t", ";", ",") if d in lines[0]), ",")
     head, *body = csv.reader(lines, delimiter=delimiter)
-    parts = [_HEAD.fullmatch(cell) for cell in head]
-    names, stated = [p[1] if p else "" for p in parts], [(p[2] or "") if p else "" for p in parts]
+    names, stated = [split_head(cell)[0] for cell in head], [split_head(cell)[1] for cell in head]
     rows = []
     for number, row in enumerate(body, 1):
         try:
@@ -105,8 +110,8 @@ def _index(name: str, names: list[str], what: str) -> int:
     return names.index(name)
 
 
-def _converted(values: list[float], unit: str, variable: Variable, path: Path) -> list[float]:
-    """Values of a column in the variable's unit; units convert by a factor and an offset."""
+def convert_column(values: list[float], unit: str, variable: Variable, path: Path) -> list[float]:
+    """Return the values of a column in the variable's unit. Raises ValueError where its unit does not fit."""
     if not unit or unit == variable.unit:
         return values
     dimension = variable.dimension if variable.has_unit else {}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -10,7 +11,12 @@ from ..errors import SceneError
 from .scene import Scene
 from .validation import flat
 
-__all__ = ["settings_of", "toml_text"]
+__all__ = ["base_settings", "settings_of", "toml_text"]
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
 
 _FILES = ("fmus", "parameters", "ssp")  # keys whose values may be files
 
@@ -27,6 +33,20 @@ def settings_of(scene: Scene) -> dict[str, Any]:
                 tables.setdefault(table, {})[name] = located
             else:
                 tables[table] = located
+    return tables
+
+
+def base_settings(scene: Scene) -> dict[str, Any]:
+    """Return the tables of the parameter set that a scene builds on; empty where that is an SSP archive."""
+    try:
+        raw = tomllib.loads(scene.sources[0][1]) if scene.sources else {}
+    except tomllib.TOMLDecodeError:
+        return {}
+    tables: dict[str, Any] = {}
+    for key, value in flat(raw):
+        table, _, name = key.partition(".")
+        if name:
+            tables.setdefault(table, {})[name] = value
     return tables
 
 

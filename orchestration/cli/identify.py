@@ -1,0 +1,71 @@
+"""tca-cosim identify: parameters from measurements."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ..errors import SceneError
+from .console import out, reported, written
+from .options import Folder, Overrides, SceneName
+
+__all__ = ["command"]
+
+
+def command(
+    scene: SceneName,
+    data: Annotated[Path, typer.Option(help="CSV: time [s], then outputs such as thermal.T[1] [degC]; empty: missing")],
+    free: Annotated[
+        list[str],
+        typer.Option(help="Parameter to estimate, again for more: NAME, NAME=LOW:HIGH, NAME~MEAN:DEVIATION (prior)"),
+    ],
+    override: Overrides = [],  # noqa: B006 (typer copies it)
+    also: Annotated[list[str] | None, typer.Option(help="SCENE=FILE of a further experiment, again for more")] = None,
+    noise: Annotated[
+        list[str] | None, typer.Option(help="OUTPUT=DEVIATION of a sensor, such as thermal.T=0.3; default: estimated")
+    ] = None,
+    offset: Annotated[list[str] | None, typer.Option(help="Output whose sensor has an unknown offset")] = None,
+    folder: Folder = Path("results"),
+) -> None:
+    """Estimates parameters by least squares (requires tca-cosim[control]); writes NAME.parameters.toml, a parameter set
+    for other scenes, and NAME.estimate.json."""
+    from ..api import read
+    from ..files import atomic_write
+    from ..identification import identify, read_free, read_measurements
+    from ..identification.report import as_dict, parameter_set, table, warnings_of
+    from ..scene.toml_writer import toml_text
+
+    with reported():
+        first = read(scene, override)
+        experiments = [(first, read_measurements(first, data))]
+        for text in also or []:
+            name, equals, file = text.partition("=")
+            if not equals:
+                raise SceneError(f"--also {text}: not of the form SCENE=FILE, such as switch=switch.csv")
+            described = read(name, override)
+            experiments.append((described, read_measurements(described, Path(file))))
+        names = [part for text in free for part in text.split()]
+        sensors = dict(_deviation(text) for text in noise or [])
+        estimate = identify(experiments, read_free(first, names), sensors, offset or ())
+        out.print(table(estimate))
+        for name, rms in estimate.residuals.items():
+            out.print(f"residuals of {name}: {rms:.4g} rms", highlight=False)
+        for text in warnings_of(estimate):
+            out.print(f"warning: {text}", highlight=False, soft_wrap=True)
+        files = [folder / f"{first.name}.parameters.toml", folder / f"{first.name}.estimate.json"]
+        texts = [toml_text(parameter_set(first, estimate)), json.dumps(as_dict(estimate), indent=1)]
+        for path, content in zip(files, texts, strict=True):
+            with atomic_write(path) as draft:
+                draft.write_text(content, encoding="utf-8")
+        written(*files)
+
+
+def _deviation(text: str) -> tuple[str, float]:
+    name, _, value = text.partition("=")
+    try:
+        return name.strip(), float(value)
+    except ValueError as error:
+        raise SceneError(f"--noise {text}: not of the form OUTPUT=DEVIATION, such as thermal.T=0.3") from error

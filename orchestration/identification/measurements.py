@@ -1,0 +1,110 @@
+"""Measured outputs over time.
+
+A CSV file has the time [s] in its first column and an output in each other, named as in a scene, thermal.T[1] or
+rod.tip.p[2], with a unit in brackets if it is not the output's own: thermal.T[1] [degC]. An empty cell is a missing
+sample.
+"""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import SceneError
+from ..fmi.archive import Variable, similar
+from ..scene import Scene
+from ..scene.columns import convert_column, split_head
+
+__all__ = ["Measurements", "measurements_of", "read_measurements"]
+
+
+@dataclass(frozen=True)
+class Measurements:
+    """Samples of outputs.
+
+    Attributes
+    ----------
+    times : ndarray, shape (n,)
+        [s], increasing.
+    outputs : tuple of str
+        'member.output' of each of m columns.
+    values : ndarray, shape (n, m)
+        In the outputs' own units; nan where a sample is missing.
+    """
+
+    times: np.ndarray
+    outputs: tuple[str, ...]
+    values: np.ndarray
+
+
+def measurements_of(
+    scene: Scene, times: Sequence[float] | np.ndarray, values: Mapping[str, Sequence[float] | np.ndarray]
+) -> Measurements:
+    """Return measurements of a scene: output -> values (n,), nan where missing, at times (n,) [s].
+
+    Raises
+    ------
+    SceneError
+        An output that the scene does not have, times outside of it, or no sample at all.
+    """
+    when = np.asarray(times, dtype=float)
+    if not values or when.ndim != 1 or not when.size or not np.isfinite(when).all() or (np.diff(when) <= 0.0).any():
+        raise SceneError("measurements need times that increase, and an output at least")
+    if when[0] < scene.start_time or when[-1] > scene.stop_time * (1.0 + 1e-12):
+        raise SceneError(
+            f"measurements from {when[0]:g} s to {when[-1]:g} s: the scene runs from {scene.start_time:g} s to "
+            f"{scene.stop_time:g} s; set stop_time"
+        )
+    for name in values:
+        _output(scene, name)
+    table = np.array([np.asarray(column, dtype=float) for column in values.values()]).T
+    if table.shape != (when.size, len(values)) or np.isinf(table).any():
+        raise SceneError("measurements need as many values of each output as times, finite or missing (nan)")
+    if np.isnan(table).all(axis=0).any():
+        raise SceneError("a column of the measurements has no sample; leave it out")
+    return Measurements(when, tuple(values), table)
+
+
+def read_measurements(scene: Scene, path: Path) -> Measurements:
+    """Read measurements from a CSV file. Raises SceneError."""
+    try:
+        lines = [line for line in path.read_text(encoding="utf-8-sig").splitlines() if line.strip()]
+    except (OSError, UnicodeDecodeError) as error:
+        raise SceneError(f"{path}: cannot be read: {error}; give a CSV file in UTF-8") from error
+    head, *rows = csv.reader(line for line in lines if not line.startswith("#"))
+    heads = [split_head(cell) for cell in head]
+    columns = []
+    for number, row in enumerate(rows, 1):
+        if len(row) != len(heads):
+            raise SceneError(f"{path}: row {number}: {len(row)} cells for {len(heads)} names; leave cells empty")
+        try:
+            columns.append([float(cell) if cell.strip() else np.nan for cell in row])
+        except ValueError as error:
+            raise SceneError(
+                f"{path}: row {number}: {error}; give numbers with a point, or leave cells empty"
+            ) from error
+    table = np.array(columns, dtype=float).reshape(len(columns), len(heads))
+    values = {}
+    for (name, unit), column in zip(heads[1:], table[:, 1:].T, strict=True):
+        try:
+            values[name] = np.array(convert_column(column.tolist(), unit, _output(scene, name), path))
+        except ValueError as error:
+            raise SceneError(f"{error}") from error
+    return measurements_of(scene, table[:, 0], values)
+
+
+def _output(scene: Scene, name: str) -> Variable:
+    member, _, variable = name.partition(".")
+    found = next((m for m in scene.members if m.name == member), None)
+    if found is None:
+        raise SceneError(
+            f"measurements of {name!r}: no FMU {member!r}; the scene has {', '.join(m.name for m in scene.members)}"
+        )
+    outputs = [v.name for v in found.archive.variables.values() if v.causality == "output" and not v.discrete]
+    if variable not in outputs:
+        raise SceneError(f"measurements of {name!r}: no such output; {similar(variable, outputs)}")
+    return found.archive.variables[variable]

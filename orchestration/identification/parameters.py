@@ -1,0 +1,93 @@
+"""Free parameters: which values of a scene are estimated, within which bounds, with which prior knowledge."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..errors import SceneError
+from ..fmi.archive import similar
+from ..scene import Scene
+
+__all__ = ["FreeParameter", "read_free"]
+
+
+@dataclass(frozen=True)
+class FreeParameter:
+    """A parameter that is estimated.
+
+    Attributes
+    ----------
+    name : str
+        'member.parameter'; of a vector one value for all elements.
+    start : float
+        Where the search starts, in the parameter's own unit.
+    least, most : float
+        Bounds.
+    unit : str
+    prior : tuple of float, optional
+        Mean and standard deviation of what is known before.
+    """
+
+    name: str
+    start: float
+    least: float
+    most: float
+    unit: str
+    prior: tuple[float, float] | None = None
+
+    @property
+    def scale(self) -> float:
+        """Size of the parameter, by which the search scales it."""
+        return abs(self.start) or (self.prior[1] if self.prior else 1.0)
+
+
+def read_free(scene: Scene, texts: Sequence[str]) -> tuple[FreeParameter, ...]:
+    """Read free parameters: NAME, NAME=LOW:HIGH for bounds, NAME~MEAN:DEVIATION for a prior, or all of it.
+
+    Raises
+    ------
+    SceneError
+        The message names the text, what is allowed and the remedy.
+    """
+    if not texts:
+        raise SceneError("nothing is free; name parameters to estimate, such as thermal.tca.R")
+    free = tuple(_read(scene, text) for text in texts)
+    if len({p.name for p in free}) < len(free):
+        raise SceneError("a free parameter is named twice; name each once")
+    return free
+
+
+def _read(scene: Scene, text: str) -> FreeParameter:
+    rest, _, known = text.partition("~")
+    name, _, bounds = rest.strip().partition("=")
+    member, _, parameter = name.strip().partition(".")
+    found = next((m for m in scene.members if m.name == member), None)
+    if found is None:
+        raise SceneError(f"--free {text}: no FMU {member!r}; the scene has {', '.join(m.name for m in scene.members)}")
+    archive = found.archive
+    elements = archive.vectors.get(parameter, (parameter,))
+    reals = [v.name for v in archive.variables.values() if v.causality == "parameter" and v.type == "Real"]
+    if elements[0] not in reals:
+        remedy = similar(parameter, [*(b for b, e in archive.vectors.items() if e[0] in reals), *reals])
+        raise SceneError(f"--free {text}: {parameter!r} is not a real parameter; {remedy}")
+    variable = archive.variables[elements[0]]
+    start = float(np.mean([found.real(element) for element in elements]))
+    least, most = _pair(text, bounds, "low:high") if bounds else (variable.least, variable.most)
+    prior = _pair(text, known, "mean:deviation") if known else None
+    if not least < most:
+        raise SceneError(f"--free {text}: the lower bound is not below the upper one; give NAME=LOW:HIGH")
+    if prior is not None and not prior[1] > 0.0:
+        raise SceneError(f"--free {text}: a standard deviation is positive; give NAME~MEAN:DEVIATION")
+    inside = min(max(start, least), most)
+    return FreeParameter(name.strip(), inside, least, most, variable.unit, prior)
+
+
+def _pair(text: str, pair: str, form: str) -> tuple[float, float]:
+    try:
+        one, other = (float(part) for part in pair.split(":"))
+    except ValueError as error:
+        raise SceneError(f"--free {text}: {pair.strip()!r} is not {form}; give two numbers") from error
+    return one, other

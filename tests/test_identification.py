@@ -1,0 +1,165 @@
+"""Identification: coverage of intervals, sets that the data cannot tell, the paper's figure, files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import tca_cosim as tca
+import tca_cosim.cli
+import xarray as xr
+from tca_cosim.identification import Measurements, identify, measurements_of, read_free, read_measurements
+from tca_cosim.scene import Scene
+from tca_cosim.verification.paper import data as paper
+from typer.testing import CliRunner
+
+SHORT = {"rod.closure": "inside", "stop_time": 4.0, "coupling.macro_step": 0.2, "rod.order": 0}
+TRUE = {"thermal.tca.R": 6.9, "rod.tca.rho_T": 6.5e-4}
+NOISE = {"thermal.T": 0.3, "rod.tip.p": 2e-4}
+
+
+@pytest.fixture(scope="module")
+def scene() -> Scene:
+    return tca.read("step", SHORT)
+
+
+@pytest.fixture(scope="module")
+def exact(scene: Scene) -> xr.Dataset:
+    return tca.run(scene)
+
+
+def measured(scene: Scene, exact: xr.Dataset, random: np.random.Generator, outputs: dict[str, float]) -> Measurements:
+    """Every second macro step of each output, with noise."""
+    times = exact["time"].to_numpy()[2::2]
+    values = {}
+    for vector, deviation in outputs.items():
+        for k in range(3):
+            values[f"{vector}[{k + 1}]"] = exact[vector].to_numpy()[2::2, k] + deviation * random.standard_normal(
+                times.size
+            )
+    return measurements_of(scene, times, values)
+
+
+def covered(scene: Scene, exact: xr.Dataset, repeats: int, known: bool) -> np.ndarray:
+    random = np.random.default_rng(5)
+    free = read_free(scene, ["thermal.tca.R=4:10", "rod.tca.rho_T=1e-4:2e-3"])
+    hits = []
+    for _ in range(repeats):
+        estimate = identify([(scene, measured(scene, exact, random, NOISE))], free, noise=NOISE if known else None)
+        inside = (estimate.intervals[:, 0] <= list(TRUE.values())) & (list(TRUE.values()) <= estimate.intervals[:, 1])
+        hits.append(inside)
+    return np.mean(hits, axis=0)
+
+
+def test_intervals_cover_the_true_values(scene: Scene, exact: xr.Dataset) -> None:
+    """A short sample; 200 repeats by hand cover 90 to 98 %."""
+    assert (covered(scene, exact, 6, known=True) >= 0.66).all()
+
+
+def test_noise_is_estimated_and_offsets_are_found(scene: Scene, exact: xr.Dataset) -> None:
+    data = measured(scene, exact, np.random.default_rng(1), NOISE)
+    values = data.values.copy()
+    values[:, 1] += 2.0  # a sensor of temperature
+    values[3:7, 4] = np.nan  # missing samples
+    data = Measurements(data.times, data.outputs, values)
+    estimate = identify([(scene, data)], read_free(scene, list(TRUE)), offsets=["thermal.T[2]"])
+    assert estimate.names == ("thermal.tca.R", "rod.tca.rho_T", "offset(thermal.T[2])")
+    assert estimate.units == ("ohm", "1/K", "K")
+    assert estimate.noise["thermal.T"] == pytest.approx(0.3, rel=0.5)
+    assert estimate.noise["rod.tip.p"] == pytest.approx(2e-4, rel=0.5)
+    assert np.abs((estimate.values - [6.9, 6.5e-4, 2.0]) / estimate.deviations).max() < 4.0
+    assert estimate.undetermined == ()
+
+
+def test_stiffness_is_not_told_by_angles_alone(scene: Scene, exact: xr.Dataset) -> None:
+    """Angles depend on the ratio of the moduli of body and wire; a prior on one of them tells the other."""
+    random = np.random.default_rng(2)
+    data = measured(scene, exact, random, {"rod.tip.euler": 1e-3})
+    free = ["rod.body.E", "rod.tca.E"]
+    estimate = identify([(scene, data)], read_free(scene, free), noise={"rod.tip.euler": 1e-3})
+    assert estimate.undetermined == (("rod.body.E", "rod.tca.E"),)
+    prior = identify(
+        [(scene, data)], read_free(scene, ["rod.body.E", "rod.tca.E~560e6:5e6"]), noise={"rod.tip.euler": 1e-3}
+    )
+    assert prior.undetermined == ()
+    assert abs(prior.values[0] - 37.8e3) < 4.0 * prior.deviations[0]
+
+
+def figure(name: str) -> tuple[Scene, Measurements]:
+    """One scene of the paper's Fig. 3 as measurements."""
+    scene, readings = tca.read(name), paper.readings(name)
+    sharp = {series: reading.sharp() for series, reading in readings.items()}
+    times = np.unique(np.concatenate([r.time for r in sharp.values()]))
+    values = {}
+    for k, (T, angle) in enumerate(zip(paper.TEMPERATURES, paper.ANGLES, strict=True), 1):
+        for series, output, factor, shift in (
+            (T, f"thermal.T[{k}]", 1.0, 273.15),
+            (angle, f"rod.tip.euler[{k}]", -1.0, 0.0),
+        ):
+            if not sharp[series].time.size:
+                continue
+            values[output] = np.full(times.size, np.nan)
+            values[output][np.searchsorted(times, sharp[series].time)] = factor * sharp[series].value + shift
+    return scene, measurements_of(scene, times, values)
+
+
+@pytest.mark.slow
+def test_the_papers_figure_is_fitted_as_well_as_by_its_set() -> None:
+    experiments = [figure(name) for name in paper.SCENES]
+    free = ["thermal.tca.R", "thermal.body.rho_c", "thermal.tca.rho_c", "rod.tca.rho_T"]
+    estimate = identify(experiments, read_free(experiments[0][0], free))
+    assert estimate.residuals["thermal.T"] <= 0.21
+    assert estimate.residuals["rod.tip.euler"] <= 0.035
+    assert estimate.undetermined == ()
+    np.testing.assert_allclose(estimate.values, [6.9, 0.669e6, 0.969e6, 6.5e-4], rtol=0.03)
+    assert estimate.parameters().keys() == set(free)
+
+
+def test_the_command_writes_a_parameter_set(scene: Scene, exact: xr.Dataset, tmp_path: Path) -> None:
+    pytest.importorskip("tomli_w")
+    data = measured(scene, exact, np.random.default_rng(4), NOISE)
+    head = "time [s]," + ",".join(f"thermal.T[{k}] [degC]" for k in (1, 2, 3))
+    celsius = data.values[:, :3] - 273.15
+    rows = [",".join([f"{t}", *(f"{v}" for v in row)]) for t, row in zip(data.times, celsius, strict=True)]
+    (tmp_path / "data.csv").write_text("\n".join([head, *rows]))
+    arguments = ["identify", "step", "--data", str(tmp_path / "data.csv"), "--out", str(tmp_path)]
+    arguments += ["--free", "thermal.tca.R"]
+    arguments += [text for key, value in SHORT.items() for text in ("--set", f"{key}={value}")]
+    result = CliRunner().invoke(tca.cli.app, arguments)
+    assert result.exit_code == 0, result.output
+    other = tca.read("switch", {"parameters": str(tmp_path / "step.parameters.toml")})
+    assert other.member("thermal").reals("tca.R") == pytest.approx((6.9,) * 3, rel=0.05)
+    assert (tmp_path / "step.estimate.json").is_file()
+
+
+@pytest.mark.parametrize(
+    ("free", "message"),
+    [
+        ("thermal.tca.Q", "not a real parameter; did you mean"),
+        ("heat.R", "no FMU 'heat'"),
+        ("thermal.tca.R=9:3", "lower bound"),
+        ("thermal.tca.R=low:high", "two numbers"),
+        ("thermal.tca.R~7:0", "standard deviation is positive"),
+    ],
+)
+def test_wrong_parameters_are_refused(scene: Scene, free: str, message: str) -> None:
+    with pytest.raises(tca.SceneError, match=message):
+        read_free(scene, [free])
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("time,thermal.T[9]\n1,300\n", "no such output"),
+        ("time,heat.T\n1,300\n", "no FMU 'heat'"),
+        ("time,thermal.T[1]\n9,300\n", "set stop_time"),
+        ("time,thermal.T[1]\n1,\n2,\n", "has no sample"),
+        ("time,thermal.T[1]\n2,300\n1,300\n", "times that increase"),
+        ("time,thermal.T[1] [V]\n1,300\n", "unit"),
+    ],
+)
+def test_wrong_data_are_refused(scene: Scene, text: str, message: str, tmp_path: Path) -> None:
+    (tmp_path / "data.csv").write_text(text)
+    with pytest.raises(tca.SceneError, match=message):
+        read_measurements(scene, tmp_path / "data.csv")
