@@ -194,10 +194,13 @@ void Member::receive(const TcaLink& link, const Member& source, double time) {
       c[2] = bend;
       break;
     }
-    default:  // Hermite's cubic
+    default: {  // Hermite's cubic
       c[1] = slope;
-      c[2] = -4.0 / h * slope + 6.0 / (h * h) * rise + -2.0 / h * last;
-      c[3] = 6.0 / (h * h) * slope + -12.0 / (h * h * h) * rise + 6.0 / (h * h) * last;
+      // Powers as Python takes them, products fused as the library does that multiplies these matrices for numpy.
+      const double square = std::pow(h, 2.0), cube = std::pow(h, 3.0);
+      c[2] = std::fma(-2.0 / h, last, std::fma(6.0 / square, rise, -4.0 / h * slope));
+      c[3] = std::fma(6.0 / square, last, std::fma(-12.0 / cube, rise, 6.0 / square * slope));
+    }
   }
   for (int order = 0; order < orders; ++order) input(order, link.input) = c[order];
 }

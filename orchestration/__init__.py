@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from .results.software import __version__
     from .scene import Coupling, Scene, titles
     from .stepping import Simulation
+    from .studies.many_runs import run_many
     from .visualization.accessor import BodyView, GifImage, ResultAccessor
 
 __all__ = [
@@ -44,6 +45,7 @@ __all__ = [
     "read",
     "run",
     "run_batch",
+    "run_many",
     "titles",
     "write",
 ]
@@ -65,6 +67,7 @@ _HOMES = {
     **dict.fromkeys(("Coupling", "Scene", "titles"), "scene"),
     **dict.fromkeys(("BodyView", "GifImage", "ResultAccessor"), "visualization.accessor"),
     "__version__": "results.software",
+    "run_many": "studies.many_runs",
     **dict.fromkeys(("BatchResult", "run_batch"), "engine"),
     "Simulation": "stepping",
     "write": "results",

@@ -23,7 +23,7 @@ from tca_cosim import CosimError, results
 from tca_cosim.files import save_figure
 from tca_cosim.fmi.archive import cached_archive, find_fmu
 from tca_cosim.parallel import serial, spread
-from tca_cosim.studies import sweep
+from tca_cosim.studies import many_runs, sweep
 from tca_cosim.studies.sweep import chart, design, sensitivity
 
 PACKAGES = Path(tca.__file__).parents[1]  # for processes that import the same package
@@ -228,7 +228,7 @@ def test_finished_runs_are_not_run_again(swept: tuple[sweep.SweepPlan, xr.Datase
                 raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        sweep.run_sweep(found, tmp_path / "mine.sqlite", stopping)
+        sweep.run_sweep(found, tmp_path / "mine.sqlite", stopping, threads=0)
     seen: list[sweep.SweepProgress] = []
     again = sweep.run_sweep(found, tmp_path / "mine.sqlite", progress=seen.append)
     assert (seen[0], seen[-1]) == (sweep.SweepProgress(3, 0, 8), sweep.SweepProgress(3, 5, 8))
@@ -236,6 +236,64 @@ def test_finished_runs_are_not_run_again(swept: tuple[sweep.SweepPlan, xr.Datase
     more = plan(tmp_path, runs=16)  # a longer sequence begins with the same points
     sweep.run_sweep(more, tmp_path / "mine.sqlite", progress=seen.append)
     assert seen[-1] == sweep.SweepProgress(8, 8, 16)
+
+
+def test_the_engine_and_the_master_give_the_same_bits(
+    swept: tuple[sweep.SweepPlan, xr.Dataset, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found, data, _ = swept
+    xr.testing.assert_identical(sweep.run_sweep(found, tmp_path / "master.sqlite", threads=0), data)
+    monkeypatch.setattr(many_runs, "FIRST_BLOCK", 3)
+    monkeypatch.setattr(many_runs, "MOST_BLOCK", 3)
+    seen: list[sweep.SweepProgress] = []
+    blocks = sweep.run_sweep(found, tmp_path / "blocks.sqlite", progress=seen.append, threads=2)
+    xr.testing.assert_identical(blocks, data)
+    assert [state.done for state in seen] == [0, 3, 6, 8]
+
+
+TABLE = {
+    "rod.body.E": [37800.0, 30000.0, 45000.0, -1.0],  # the last one is out of range
+    "thermal.h": [15.0, 18.0, 21.0, 24.0],
+    "thermal.tca.R": [6.9, 7.1, 6.7, 6.9],
+}
+
+
+@pytest.mark.parametrize(
+    ("more", "engine"),
+    [
+        ({}, True),
+        ({"rod.strains": ["bending", "extensible", "kirchhoff", "bending"]}, False),  # words
+        ({"thermal.V[1]": [0.0, 1.0, 2.0, 3.0]}, False),  # an input
+        ({"thermal.tca.beta": [0.0, 0.001, 0.0, 0.0]}, False),  # changes the wiring
+    ],
+)
+def test_a_table_of_runs_gives_what_each_run_gives(more: dict, engine: bool) -> None:
+    scene = tca.read("step", ["stop_time=3", "rod.closure=inside", "rod.order=1", "coupling.macro_step=1"])
+    table = {**TABLE, **more}
+    outputs = ["rod.tip.p", "thermal.T"]
+    assert (many_runs.EngineRuns.of(scene, table, outputs) is not None) == engine
+    found = tca.run_many(scene, table, outputs)
+    assert "rod.body.E = -1.0: out of range" in found.failures[3]
+    assert np.isnan(found.outputs[3]).all()
+    for k in range(3):
+        assert found.failures[k] == ""
+        alone = tca.run(scene, {name: values[k] for name, values in table.items()})
+        for name in outputs:
+            assert np.array_equal(found[name][k], alone[name][1:])
+
+
+@pytest.mark.parametrize(
+    ("table", "said"),
+    [
+        ({"rod.body.E": [1.0, 2.0], "thermal.h": [15.0]}, "one for each run"),
+        ({}, "one for each run"),
+        ({"rod.body.EE": [1.0]}, "every run failed, the first with.*did you mean"),
+        ({"coupling.macro_step": [0.1, 0.2]}, "other communication points"),
+    ],
+)
+def test_mistakes_in_tables_are_named(table: dict, said: str) -> None:
+    with pytest.raises(CosimError, match=said):
+        tca.run_many(tca.read("step", ["stop_time=0.4"]), table)
 
 
 def test_killed_and_resumed(tmp_path: Path) -> None:

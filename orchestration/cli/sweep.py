@@ -59,7 +59,10 @@ def command(
                 rate = now.done / (time.perf_counter() - begin)
                 bar.update(task, completed=now.reused + now.done, total=now.total, rate=rate)
 
-            dataset = sweep.run_sweep(described, folder / f"{name}.sqlite", worker(scheduler, workers), advance)
+            threads = 0 if scheduler else max(1, workers) if workers is not None else None
+            dataset = sweep.run_sweep(
+                described, folder / f"{name}.sqlite", worker(scheduler, workers), advance, threads
+            )
         spent = time.perf_counter() - begin
         results.write(dataset, folder / f"{name}.nc")
         save_figure(sweep.chart.draw(dataset), folder, name)

@@ -1,12 +1,12 @@
 """Completed runs on disk, so that an interrupted sweep resumes and reuses them.
 
-An SQLite file; every run is one transaction, identified by its overrides."""
+An SQLite file; a run is identified by its overrides, and a block of runs is one transaction."""
 
 from __future__ import annotations
 
 import json
 import sqlite3
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -55,13 +55,14 @@ class Store:
             outcomes[overrides] = RunOutcome(overrides, series, failure)
         return outcomes
 
-    def add(self, outcome: RunOutcome) -> None:
-        """Write one run; it is on disk when this returns."""
-        blob = None if outcome.series is None else outcome.series.astype("<f8").tobytes()
+    def add(self, outcomes: Iterable[RunOutcome]) -> None:
+        """Write runs, all or none of them; they are on disk when this returns."""
+        rows = [
+            (json.dumps(o.overrides), o.failure, None if o.series is None else o.series.astype("<f8").tobytes())
+            for o in outcomes
+        ]
         with self._file:
-            self._file.execute(
-                "INSERT INTO runs VALUES (?, ?, ?)", (json.dumps(outcome.overrides), outcome.failure, blob)
-            )
+            self._file.executemany("INSERT INTO runs VALUES (?, ?, ?)", rows)
 
     def close(self) -> None:
         """Close the file."""

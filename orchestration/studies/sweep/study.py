@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from ... import results
 from ...parallel import Worker, serial
+from ..many_runs import EngineRuns
 from .plan import OutputColumns, SweepPlan
 from .sensitivity import rank_correlation, sobol_indices
 from .store import Store
-from .task import RunOutcome, SweepTask
+from .task import RunOutcome, SweepTask, series_at
 
 __all__ = ["SweepProgress", "run_sweep"]
 
@@ -34,6 +36,7 @@ def run_sweep(
     path: Path,
     worker: Worker[RunOutcome] = serial,
     progress: Callable[[SweepProgress], None] = lambda progress: None,
+    threads: int | None = None,
 ) -> xr.Dataset:
     """Run a sweep, or resume it.
 
@@ -44,9 +47,11 @@ def run_sweep(
     path : Path
         File that keeps completed runs; the same plan reuses them.
     worker : Worker
-        Executes the runs: parallel.serial here, or spread over processes.
+        Executes the runs that the engine cannot do: parallel.serial here, or spread over processes.
     progress : callable
-        Called with the progress at the start and after every run.
+        Called with the progress at the start and after every run, or block of runs.
+    threads : int, optional
+        Number of threads of the engine; default: one for each core, 0: no engine.
 
     Returns
     -------
@@ -65,12 +70,43 @@ def run_sweep(
         missing = [run for run in dict.fromkeys(overrides) if run not in outcomes]
         total = len(set(overrides))
         progress(SweepProgress(total - len(missing), 0, total))
-        tasks = [SweepTask(plan.source, plan.overrides, run, plan.outputs, plan.times) for run in missing]
-        for done, (_, outcome) in enumerate(worker(tasks), 1):
-            store.add(outcome)
-            outcomes[outcome.overrides] = outcome
+        done = 0
+        for block in _blocks(plan, dict(zip(overrides, plan.values, strict=True)), missing, worker, threads):
+            store.add(block)
+            outcomes |= {outcome.overrides: outcome for outcome in block}
+            done += len(block)
             progress(SweepProgress(total - len(missing), done, total))
     return _dataset(plan, [outcomes[run] for run in overrides])
+
+
+def _blocks(
+    plan: SweepPlan,
+    values: Mapping[tuple[str, ...], Sequence[Any]],
+    missing: Sequence[tuple[str, ...]],
+    worker: Worker[RunOutcome],
+    threads: int | None,
+) -> Iterator[list[RunOutcome]]:
+    """Yield the outcomes of the runs that are missing, in blocks: those of the engine, then those of the worker.
+
+    values: of the parameters by the overrides of a run."""
+    left: list[tuple[str, ...]] = []
+    columns = {p.name: [values[run][k] for run in missing] for k, p in enumerate(plan.parameters)}
+    single = all("," not in name for name in columns)  # parameters of one value are left to the master
+    engine = EngineRuns.of(plan.scene, columns, plan.outputs, threads) if missing and single and threads != 0 else None
+    if engine is None:
+        left = list(missing)
+    else:
+        order = np.concatenate([np.r_[engine.plan.outputs[name]] for name in plan.outputs])
+        for block in engine.blocks(np.array(list(columns.values()), dtype=float).T):
+            left += [missing[k] for k, rows in block if rows is None]
+            yield [
+                RunOutcome(missing[k], series_at(plan.times, engine.plan.times, rows[:, order]))
+                for k, rows in block
+                if rows is not None
+            ]
+    tasks = [SweepTask(plan.source, plan.overrides, run, plan.outputs, plan.times) for run in left]
+    for _, outcome in worker(tasks) if tasks else ():
+        yield [outcome]
 
 
 def _dataset(plan: SweepPlan, outcomes: list[RunOutcome]) -> xr.Dataset:

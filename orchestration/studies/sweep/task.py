@@ -10,7 +10,7 @@ from ... import scene, simulation
 from ...errors import CosimError
 from ...fmi.archive import cached_archive
 
-__all__ = ["RunOutcome", "SweepTask"]
+__all__ = ["RunOutcome", "SweepTask", "series_at"]
 
 
 @dataclass(frozen=True)
@@ -23,6 +23,13 @@ class RunOutcome:
     overrides: tuple[str, ...]
     series: np.ndarray | None
     failure: str = ""
+
+
+def series_at(times: np.ndarray, ran: np.ndarray, columns: np.ndarray) -> np.ndarray:
+    """Return columns (n, m), known at the times `ran` (n,) [s], at other times, linear between them."""
+    if np.array_equal(times, ran):
+        return columns
+    return np.stack([np.interp(times, ran, column) for column in columns.T], axis=1)
 
 
 @dataclass(frozen=True)
@@ -45,10 +52,9 @@ class SweepTask:
     def __call__(self) -> RunOutcome:
         """Run the scene; a failure becomes an outcome."""
         try:
-            result = simulation.run(scene.read(self.source, (*self.common, *self.overrides), cached_archive))
+            result = simulation.run_table(scene.read(self.source, (*self.common, *self.overrides), cached_archive))
         except CosimError as error:
             return RunOutcome(self.overrides, None, str(error))
         ran = result["time"].to_numpy()
         columns = np.concatenate([result[name].to_numpy().reshape(ran.size, -1) for name in self.outputs], axis=1)
-        series = np.stack([np.interp(self.times, ran, column) for column in columns.T], axis=1)
-        return RunOutcome(self.overrides, series)
+        return RunOutcome(self.overrides, series_at(self.times, ran, columns))

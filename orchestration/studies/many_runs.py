@@ -1,0 +1,180 @@
+"""Many runs of one scene with a table of parameters: by the engine where it can run them, else one after the other.
+
+The engine takes parameters that change nothing but themselves: the scene read with a value is the same scene with that
+value in it. All others, such as a closure that changes the wiring, are read and run by the master, run by run. Both
+give the same numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from time import monotonic
+from typing import Any
+
+import numpy as np
+
+from .. import scene as scenes
+from .. import simulation
+from ..engine import BatchResult
+from ..engine.batch import run_plan
+from ..engine.plan import EnginePlan, expanded
+from ..errors import CosimError, SceneError
+from ..scene import Scene
+
+__all__ = ["EngineRuns", "run_many"]
+
+FIRST_BLOCK, MOST_BLOCK = 16, 4096  # runs of one call of the engine, at first and at most
+SHORTEST, LONGEST = 0.25, 1.0  # [s] of one call, outside of which the next has twice or half as many runs
+Value = float | int | bool | str
+
+
+@dataclass(frozen=True, eq=False)
+class EngineRuns:
+    """Runs of a scene by the engine.
+
+    plan: of the scene; elements: for each column of the table the limits of its variables; threads: default: one for
+    each core."""
+
+    plan: EnginePlan
+    limits: np.ndarray  # (2, columns)
+    threads: int | None = None
+
+    @classmethod
+    def of(
+        cls, scene: Scene, columns: Mapping[str, Sequence[Any]], outputs: Sequence[str], threads: int | None = None
+    ) -> EngineRuns | None:
+        """Return what runs a table of parameters, name -> values (runs,), or None where only the master can."""
+        if not all(_is_plain(scene, name, values) for name, values in columns.items()):
+            return None
+        try:
+            plan = EnginePlan.of(scene, list(columns), [], outputs)
+        except CosimError:  # the master says why, where that stops it too
+            return None
+        limits = [_limits(scene, name) for name in columns]
+        return cls(plan, np.array(limits, dtype=float).reshape(-1, 2).T, threads)
+
+    def blocks(self, table: np.ndarray) -> Iterator[list[tuple[int, np.ndarray | None]]]:
+        """Run a table (runs, columns); yield blocks with the number and the rows (steps + 1, outputs) of each run.
+
+        None for a run that the master is to do: a value that is out of range, or a step that fails."""
+        with np.errstate(invalid="ignore"):
+            good = ((table >= self.limits[0]) & (table <= self.limits[1])).all(axis=1)
+        first, size = 0, FIRST_BLOCK
+        while first < len(table):
+            numbers = range(first, min(first + size, len(table)))
+            chosen = [k for k in numbers if good[k]]
+            begin = monotonic()
+            rows, failures = run_plan(self.plan, table[chosen], threads=self.threads) if chosen else ((), ())
+            spent, first = monotonic() - begin, first + size
+            done = {k: row for k, row, failure in zip(chosen, rows, failures, strict=True) if not failure}
+            yield [(k, done.get(k)) for k in numbers]
+            if spent < SHORTEST:
+                size = min(2 * size, MOST_BLOCK)
+            elif spent > LONGEST:
+                size = max(size // 2, 1)
+
+
+def run_many(
+    scene: Scene,
+    table: Mapping[str, Sequence[Value] | np.ndarray],
+    outputs: Sequence[str] = ("rod.tip.p",),
+    threads: int | None = None,
+) -> BatchResult:
+    """Run a scene once for each row of a table.
+
+    Parameters
+    ----------
+    scene
+        What is run; macro steps of one length.
+    table
+        Key of a scene -> values (runs,), as overrides take them.
+    outputs
+        Names of numeric inputs and outputs, vectors whole.
+    threads
+        Number of threads of the engine; default: one for each core.
+
+    Returns
+    -------
+    BatchResult
+        The numbers that each run alone gives. A run that fails has nan and its message in `failures`.
+
+    Raises
+    ------
+    SceneError
+        A key or an output is not known, columns differ in length, or runs end at different times.
+    """
+    counts = {len(values) for values in table.values()}
+    if len(counts) != 1:
+        raise SceneError(f"{scene.name}: columns have {sorted(counts)} values; give one for each run, in every column")
+    (runs,) = counts
+    columns = {name: np.asarray(values).tolist() for name, values in table.items()}
+    engine = EngineRuns.of(scene, columns, outputs, threads)
+    names = {name: expanded(scene, name, ("input", "output")) for name in outputs}
+    if engine is not None:
+        order = engine.plan.outputs
+        numbers = np.array(list(columns.values()), dtype=float).T
+        found = dict(pair for block in engine.blocks(numbers) for pair in block)
+    else:
+        edges = np.cumsum([0, *(len(elements) for elements in names.values())]).tolist()
+        order = {name: slice(edges[k], edges[k + 1]) for k, name in enumerate(names)}
+        found = dict.fromkeys(range(runs))
+    failures = [""] * runs
+    times: np.ndarray | None = engine.plan.times if engine else None
+    rows: dict[int, np.ndarray] = {k: row for k, row in found.items() if row is not None}
+    for k in (k for k, row in found.items() if row is None):
+        try:
+            result = simulation.run_table(scenes.changed(scene, {name: values[k] for name, values in columns.items()}))
+        except CosimError as error:
+            failures[k] = str(error)
+            continue
+        ran = result["time"].to_numpy()
+        if times is not None and not np.array_equal(times, ran):
+            raise SceneError(f"{scene.name}: run {k} has other communication points; run it alone (tca.run)")
+        times = ran
+        parts = [result[name].to_numpy().reshape(ran.size, -1) for name in order]
+        rows[k] = np.concatenate(parts, axis=1).astype(float)
+    if times is None:
+        raise SceneError(f"{scene.name}: every run failed, the first with: {failures[0]}")
+    width = sum(columns.stop - columns.start for columns in order.values())
+    values = np.full((runs, times.size, width), np.nan)
+    for k, row in rows.items():
+        values[k] = row
+    return BatchResult(times, values[:, 0], values[:, 1:], tuple(failures), order)
+
+
+def _limits(scene: Scene, name: str) -> tuple[float, float]:
+    """Range in which every variable of a parameter allows a value."""
+    variables = []
+    for one in expanded(scene, name, ("parameter",)):
+        member = next(m for m in scene.members if one.startswith(f"{m.name}."))
+        variables.append(member.archive.variables[one[len(member.name) + 1 :]])
+    return max(v.least for v in variables), min(v.most for v in variables)
+
+
+def _is_plain(scene: Scene, name: str, values: Sequence[Any]) -> bool:
+    """Whether a key is a Real parameter whose values change nothing else in the scene."""
+    if not all(isinstance(v, (int, float)) and not isinstance(v, bool) for v in values) or not len(values):
+        return False
+    try:
+        elements, (least, most) = expanded(scene, name, ("parameter",)), _limits(scene, name)
+        allowed = [value for value in values if least <= value <= most]  # the master refuses the others
+        if not allowed:
+            return False
+        for value in (min(allowed), max(allowed)):
+            if not _same_but_for(scenes.changed(scene, {name: value}), scene, elements, float(value)):
+                return False
+    except CosimError:
+        return False
+    return True
+
+
+def _same_but_for(changed: Scene, scene: Scene, elements: Sequence[str], value: float) -> bool:
+    """Whether two scenes are the same but for these parameters, which have that value in the first."""
+    expected = []
+    for member in scene.members:
+        mine = {one[len(member.name) + 1 :]: value for one in elements if one.startswith(f"{member.name}.")}
+        parameters = {**member.parameters, **mine}
+        expected.append((member.name, member.archive.digest, parameters, member.signals, member.frozen))
+    found = [(m.name, m.archive.digest, dict(m.parameters), m.signals, m.frozen) for m in changed.members]
+    alike = replace(changed, members=scene.members, title=scene.title, sources=scene.sources, overrides=scene.overrides)
+    return found == expected and alike == scene
