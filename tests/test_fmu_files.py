@@ -38,8 +38,9 @@ def test_fmpy_finds_no_problem(path: Path):
 def test_the_documentation_lists_every_variable_once(path: Path):
     with zipfile.ZipFile(path) as archive:
         page = html.fromstring(archive.read("documentation/index.html"))
-    rows = {row[0].text_content(): [cell.text_content() for cell in row] for row in page.iter("tr")}
-    assert len(rows) == len(list(page.iter("tr")))
+    lines = list(page.get_element_by_id("variables").iter("tr"))
+    rows = {row[0].text_content(): [cell.text_content() for cell in row] for row in lines}
+    assert len(rows) == len(lines)
     variables = fmpy.read_model_description(str(path)).modelVariables
     assert list(rows)[1:] == [variable.name for variable in variables]
     for variable in variables:
@@ -59,12 +60,35 @@ def test_the_package_explains_itself(path: Path):
         page = archive.read("documentation/index.html").decode()
         icon = archive.read("model.png")
         licenses = {name: archive.read(f"documentation/licenses/{name}.txt").decode() for name in LICENSES}
-    for heading in ("What it is", "Equations", "Limits", "In a host", "References", "Variables"):
+    for heading in ("What it is", "Equations", "Symbols", "Example", "Limits", "In a host", "References", "Variables"):
         assert page.count(f"<h2>{heading}</h2>") == 1
     assert icon.startswith(b"\x89PNG\r\n\x1a\n")
     assert len(icon) < 10_000
     assert licenses["license"] == (ROOT / "LICENSE").read_text()
     assert all(name in licenses["third_party"] for name in ("Eigen", "Mozilla Public License 2.0", "SUNDIALS", "BSD 3"))
+
+
+@SHIPPED
+def test_the_page_has_a_drawing_equations_and_an_example_that_runs(path: Path, capsys: pytest.CaptureFixture[str]):
+    with zipfile.ZipFile(path) as archive:
+        page = html.fromstring(archive.read("documentation/index.html"))
+    assert len(list(page.iter("svg"))) == 1
+    equations, symbols, _ = page.iter("table")
+    assert len(list(equations.iter("tr"))) - 1 >= 10
+    names = {variable.name.split("[")[0] for variable in fmpy.read_model_description(str(path)).modelVariables}
+    named = {code.text_content() for cell in symbols.xpath(".//td[2]") for code in cell.iter("code")}
+    assert {name.split("[")[0] for name in named} <= names
+    (example,) = page.iter("pre")
+    exec(example.text_content().replace(f'"{path.name}"', repr(str(path))), {})
+    assert capsys.readouterr().out
+
+
+@FMUS
+def test_the_description_says_who_made_it_and_when(path: Path):
+    description = fmpy.read_model_description(str(path))
+    assert description.author == "The tca-cosim authors"
+    assert (ROOT / "LICENSE").read_text().splitlines()[2] == description.copyright
+    assert re.fullmatch(r"\d{4}-\d\d-\d\dT00:00:00Z", description.generationDateAndTime)
 
 
 @FMUS

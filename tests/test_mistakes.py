@@ -3,8 +3,10 @@ traceback, no file left behind. Remedies are tried where they can be."""
 
 from __future__ import annotations
 
+import difflib
 import errno
 import os
+import re
 import signal
 import types
 import warnings
@@ -196,25 +198,65 @@ def test_commands_on_foreign_fmus_work_or_say_what_they_need(command: list[str],
         assert word in " ".join(done.stderr.split())
 
 
-REMEDIES = {
-    "run stepp": ["run", "step", *SHORT],
-    "run good.toml --set rod.ordr=2": set_in("rod.order=2"),
-    "run good.toml --set body.lenth='60 mm'": set_in("body.length=60 mm"),
-    "run good.toml --set rod.body.length='60 mm'": set_in("body.length=0.06 m"),
-    "run good.toml --set tca.azimuth[2]": set_in("tca.azimuth[2]=2 rad"),
-    "run good.toml --set 'thermal.V[1]={table=...}'": set_in("thermal.V[1]={table={file='data.csv', column='V1'}}"),
-    "run good.toml --set rod.body.profile=given": set_in(
-        "rod.body.profile=given", "rod.body.stiffness=[1e-5, 1e-5, 1e-5, 1, 1, 3]"
-    ),
-    "new mine.txt": ["new", "mine.toml"],
-    "export there --scene good.toml": ["export", "--ssp", "x.ssp", "--scene", "good.toml", "--set", "thermal.V=1"],
-    "explain V": ["explain", "thermal.V"],
+SUGGESTED = [name for name, (_, words) in MISTAKES.items() if any("did you mean" in word for word in words)]
+
+
+def mended(arguments: Sequence[str], suggestion: str) -> list[str]:
+    """The arguments with the word that is most like the suggestion replaced by it."""
+    word = r"[\w.]+(?:\[\d+\])?" if "." in suggestion else r"\w+"
+    words = {found for argument in arguments[1:] for found in re.findall(word, argument)} - {suggestion}
+    (wrong,) = difflib.get_close_matches(suggestion, words, 1, 0.0)
+    return [arguments[0], *(argument.replace(wrong, suggestion) for argument in arguments[1:])]
+
+
+@pytest.mark.parametrize("mistake", SUGGESTED)
+def test_suggestions_work(mistake: str, here: Path) -> None:
+    """What a message suggests takes the place of what was misspelt."""
+    arguments, _ = MISTAKES[mistake]
+    (suggestion,) = re.findall(r"did you mean '([^']+)'", " ".join(call(*arguments).stderr.split()))
+    again = mended(arguments, suggestion)
+    done = call(*again, *(SHORT if again[0] == "run" and not any("stop_time" in word for word in again) else ()))
+    assert done.exit_code == 0, (again, done.output)
+
+
+# Of messages that say in words what to do: the mistake, and the arguments with that done.
+REMEDIES: dict[str, list[str]] = {
+    "override of table and key": set_in("rod.order=2"),
+    "element beyond the vector": set_in("thermal.V[3]=2"),
+    "unit of another quantity": set_in("thermal.V[1]=1 mV"),
+    "number misspelt": set_in("thermal.V[1]=1.5"),
+    "boolean as number": set_in("rod.dynamic=true", "rod.body.retardation=1e-2"),
+    "fraction as integer": set_in("rod.order=2"),
+    "integer out of range": set_in("rod.order=7"),
+    "vector too short": set_in("thermal.V=[1, 2, 3]"),
+    "list for a scalar": set_in("rod.order=1"),
+    "stop time negative": set_in("stop_time=0.1"),
+    "macro step zero": set_in("coupling.macro_step=0.1"),
+    "title is a number": set_in("title='3'"),
+    "signal without period": set_in("thermal.V[1]={sine={amplitude=1, period=1}}"),
+    "signal backwards": set_in("thermal.V[1]={steps=[[0, 2], [1, 1]]}"),
+    "column missing": set_in("thermal.V[1]={table={file='data.csv', column='V1'}}"),
+    "geometry in one FMU": set_in("body.length=60 mm"),
+    "geometry twice": set_in("body.length=60 mm"),
+    "profile without values": set_in("rod.body.profile=given", "rod.body.stiffness=[1e-5, 1e-5, 1e-5, 1, 1, 3]"),
+    "connection without arrow": set_in("connections=['thermal.T -> rod.T']"),
+    "connection of no FMU": set_in("connections=['thermal.T -> rod.T']"),
+    "connection of unlike counts": set_in("connections=['thermal.T[1] -> rod.T[1]']"),
+    "result of none": ["report", "good.toml"],
+    "result with overrides": ["report", "good.toml", "--set", "rod.order=2"],
+    "name of a file with a slash": ["run", "good.toml", "--name", "a-b"],
+    "export of nothing": ["export", "--ssp", "x.ssp"],
+    "export of a scene to nowhere": ["export", "--ssp", "x.ssp", "--scene", "good.toml"],
+    "export of a varying input": ["export", "--ssp", "x.ssp", "--scene", "sine", "--set", "thermal.V=1"],
+    "new over an older file": ["new", "another.toml"],
+    "new with another ending": ["new", "mine.toml"],
 }
 
 
-@pytest.mark.parametrize("wrong", REMEDIES)
-def test_remedies_work(wrong: str, here: Path) -> None:
-    done = call(*REMEDIES[wrong])
+@pytest.mark.parametrize("mistake", REMEDIES)
+def test_remedies_work(mistake: str, here: Path) -> None:
+    assert call(*MISTAKES[mistake][0]).exit_code == 2
+    done = call(*REMEDIES[mistake])
     assert done.exit_code == 0, done.output
 
 

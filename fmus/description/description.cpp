@@ -232,7 +232,9 @@ std::string model_description(const Blueprint& blueprint) {
   return "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<fmiModelDescription" + attribute("fmiVersion", "2.0") +
          attribute("modelName", identity.name) + attribute("guid", blueprint.guid) +
          attribute("description", identity.description) + attribute("version", TCA_VERSION) +
-         attribute("license", "MIT") + attribute("generationTool", "tca-cosim " TCA_VERSION) +
+         attribute("author", "The tca-cosim authors") +
+         attribute("copyright", "Copyright (c) 2026 The tca-cosim authors") + attribute("license", "MIT") +
+         attribute("generationTool", "tca-cosim " TCA_VERSION) + attribute("generationDateAndTime", TCA_GENERATED) +
          attribute("variableNamingConvention", "structured") + attribute("numberOfEventIndicators", 0.0) + ">\n" +
          interfaces(identity) + unit_definitions(blueprint.rows) + type_definitions(blueprint.rows) + log_categories() +
          default_experiment(blueprint) + model_variables(blueprint) + model_structure(blueprint.rows) +

@@ -11,7 +11,8 @@ namespace {
 constexpr std::string_view kStyle =
     "body{font:16px/1.45 sans-serif;max-width:75em;margin:2em auto;padding:0 1em;color:#222}"
     "table{border-collapse:collapse;font-size:14px}th,td{border:1px solid #ccc;padding:.2em .5em;text-align:left;"
-    "vertical-align:top}th{background:#eee}code{background:#f4f4f4}";
+    "vertical-align:top}th{background:#eee}code,pre{background:#f4f4f4}pre{padding:.5em;overflow:auto}svg{max-width:"
+    "100%}";
 
 std::string element(std::string_view tag, std::string_view content) {
   const std::string name(tag);
@@ -29,22 +30,60 @@ std::string inline_text(std::string_view line) {
   return result;
 }
 
+/// A row of a table, "| a | b |".
+std::string table_row(std::string_view line, std::string_view cell) {
+  std::string result;
+  line.remove_prefix(1);
+  while (line.find('|') != std::string_view::npos) {
+    std::string_view text = line.substr(0, line.find('|'));
+    line.remove_prefix(text.size() + 1);
+    while (text.starts_with(' ')) text.remove_prefix(1);
+    while (text.ends_with(' ')) text.remove_suffix(1);
+    result += element(cell, inline_text(text));
+  }
+  return element("tr", result) + "\n";
+}
+
+enum class Block { none, list, table, code };
+
+constexpr std::string_view kOpen[] = {"", "<ul>\n", "<table>\n", "<pre>"},
+                           kClose[] = {"", "</ul>\n", "</table>\n", "</pre>\n"};
+
 std::string notes_section(std::string_view notes) {
   std::string result;
-  bool in_list = false;
+  Block block = Block::none;
+  const auto enter = [&](Block next) {
+    if (next == block) return false;
+    result += std::string(kClose[static_cast<int>(block)]) + std::string(kOpen[static_cast<int>(next)]);
+    block = next;
+    return true;
+  };
   while (!notes.empty()) {
     const std::string_view line = notes.substr(0, notes.find('\n'));
     notes.remove_prefix(std::min(notes.size(), line.size() + 1));
-    const bool item = line.starts_with("- ");
-    if (item != in_list && (item || !line.empty())) result += (in_list = item) ? "<ul>\n" : "</ul>\n";
-    if (item)
+    if (line.starts_with("```")) {
+      enter(block == Block::code ? Block::none : Block::code);
+    } else if (block == Block::code) {
+      result += escaped(line) + "\n";
+    } else if (line.starts_with("- ")) {
+      enter(Block::list);
       result += element("li", inline_text(line.substr(2))) + "\n";
-    else if (line.starts_with("# "))
-      result += element("h2", inline_text(line.substr(2))) + "\n";
-    else if (!line.empty())
-      result += element("p", inline_text(line)) + "\n";
+    } else if (line.starts_with("| ")) {
+      const bool is_first = enter(Block::table);
+      result += table_row(line, is_first ? "th" : "td");
+    } else {
+      enter(Block::none);
+      if (line.empty()) continue;
+      if (line.starts_with("<svg"))
+        result += std::string(line) + "\n";
+      else if (line.starts_with("# "))
+        result += element("h2", inline_text(line.substr(2))) + "\n";
+      else
+        result += element("p", inline_text(line)) + "\n";
+    }
   }
-  return in_list ? result + "</ul>\n" : result;
+  enter(Block::none);
+  return result;
 }
 
 std::string_view role(const Variable& row) {
