@@ -51,14 +51,23 @@ double read_start(const Variable& row, const std::string& value) {
   return number;
 }
 
+/// Sets the start values in the order of the rows, so that a parameter of one element overrides that of all.
 void set_starts(std::vector<Variable>& rows, const Configuration& configuration) {
+  if (configuration.starts.empty()) return;
   for (const Start& start : configuration.starts) {
     const auto row = std::ranges::find(rows, start.name, &Variable::name);
     if (row == rows.end() || !has_start(*row))
       throw Error("configuration: '" + start.name + "' is no parameter or input of this FMU at tcas = " +
                   std::to_string(configuration.tcas) + ", segments = " + std::to_string(configuration.segments));
-    row->start = read_start(*row, start.value);
   }
+  const auto model = make_model(configuration);
+  std::byte* data = model->data().data();
+  for (const Variable& row : rows) {
+    const auto start = std::ranges::find(configuration.starts, row.name, &Start::name);
+    if (start != configuration.starts.end()) set_value(row, data, read_start(row, start->value));
+  }
+  for (Variable& row : rows)
+    if (has_start(row)) row.start = value_of(row, data);
 }
 
 /// Inputs that act on some state, by the names that the table uses.

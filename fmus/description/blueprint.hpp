@@ -86,7 +86,7 @@ void store(std::byte* data, std::ptrdiff_t offset, Value value) {
 inline double value_of(const Variable& row, const std::byte* data) {
   switch (row.type) {
     case Type::real:
-      return load<double>(data, row.offset);
+      return load<double>(data, row.offset) / row.share;
     case Type::boolean:
       return load<bool>(data, row.offset);
     case Type::integer:
@@ -96,16 +96,21 @@ inline double value_of(const Variable& row, const std::byte* data) {
   return std::nan("");
 }
 
-inline void set_value(const Variable& row, std::byte* data, double value) {
+inline void set_member(const Variable& row, std::byte* data, std::ptrdiff_t offset, double value) {
   switch (row.type) {
     case Type::real:
-      return store(data, row.offset, value);
+      return store(data, offset, value * row.share);
     case Type::boolean:
-      return store(data, row.offset, value != 0.0);
+      return store(data, offset, value != 0.0);
     case Type::integer:
     case Type::enumeration:
-      return store(data, row.offset, static_cast<int>(value));
+      return store(data, offset, static_cast<int>(value));
   }
+}
+
+inline void set_value(const Variable& row, std::byte* data, double value) {
+  set_member(row, data, row.offset, value);
+  for (const std::ptrdiff_t offset : row.also) set_member(row, data, offset, value);
 }
 
 }  // namespace fmu

@@ -76,6 +76,9 @@ class Model {
   /// values at time t [s].
   virtual Status evaluate(double t) = 0;
 
+  /// Writes the outputs that the table declares on demand, after evaluate() for the same memory and inputs.
+  virtual Status evaluate_on_demand(double /*t*/) { return {}; }
+
   // Continuous states, for model exchange and directional derivatives: those that the table declares, in its order,
   // whatever the parameters. They are a view of memory(); what the present parameters do not need stays 0.
 

@@ -38,6 +38,10 @@ struct Variable {
   std::string rate_unit;  // states: of the time derivative
   // States: inputs that determine the value at the start, by name as in depends_on. Unset: all of them.
   std::optional<std::vector<std::string>> start_depends_on;
+  // Parameters that set several members: byte offsets of the others, and the share of the value that each member gets.
+  std::vector<std::ptrdiff_t> also;
+  double share = 1.0;
+  bool is_on_demand = false;  // outputs: calculated by Model::evaluate_on_demand, where a host asks for it
   bool is_difference =
       false;  // FMI relativeQuantity: a difference, to which the offset of a display unit does not apply
 
@@ -49,6 +53,7 @@ struct Variable {
   Variable& choices(std::vector<std::string> names) { return items = std::move(names), *this; }
   Variable& depends(std::vector<std::string> names) { return depends_on = std::move(names), *this; }
   Variable& starts_from(std::vector<std::string> names) { return start_depends_on = std::move(names), *this; }
+  Variable& on_demand() { return is_on_demand = true, *this; }
   Variable& difference() { return is_difference = true, *this; }
 };
 
@@ -80,6 +85,12 @@ class Table {
     Variable& row = output(std::move(name), member, std::move(unit), std::move(description));
     row.derivative = offset_of(rate);
     return row;
+  }
+
+  /// Setting this parameter sets that member too.
+  template <class Member>
+  void also(Variable& row, const Member& member) const {
+    row.also.push_back(offset_of(member));
   }
 
   /// A continuous state and its derivative der(name), which is what depends() is about.

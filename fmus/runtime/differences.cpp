@@ -31,7 +31,7 @@ void Instance::move(const Variable& known, double change) {
     has_states_ = true;
     return;
   }
-  store(data(), known.offset, load<double>(data(), known.offset) + change);
+  set_value(known, data(), value_of(known, data()) + change);
   mark_changed();
 }
 

@@ -130,7 +130,7 @@ Status Instance::check_states() const {
                        "keep the level of detail that it was written for, or write it anew with the parameters wanted");
 }
 
-void Instance::invalidate() { progress_.is_evaluated = has_states_ = has_rates_ = false; }
+void Instance::invalidate() { progress_.is_evaluated = has_states_ = has_rates_ = has_demanded_ = false; }
 
 /// Brings what is calculated up to date.
 void Instance::refresh(Causality causality) {
@@ -151,6 +151,13 @@ void Instance::refresh(Causality causality) {
     has_states_ = true;
   }
   if (causality == Causality::derivative) refresh_rates();
+}
+
+/// Brings the outputs up to date that are calculated only where a host asks for them.
+void Instance::refresh_on_demand() {
+  if (has_demanded_) return;
+  require(model_->evaluate_on_demand(progress_.time).at(now()));
+  has_demanded_ = true;
 }
 
 std::string Instance::now() const { return "t = " + text(progress_.time) + " s"; }
@@ -304,7 +311,7 @@ void Instance::restore(const Snapshot& snapshot) {
   input_rates_ = snapshot.input_rates;
   input_rates_.resize(blueprint_.inputs.size(), 0.0);
   has_new_derivatives_.assign(has_new_derivatives_.size(), false);
-  has_states_ = has_rates_ = false;
+  has_states_ = has_rates_ = has_demanded_ = false;
 }
 
 Snapshot* Instance::add(std::unique_ptr<Snapshot> snapshot) { return saved_.emplace_back(std::move(snapshot)).get(); }

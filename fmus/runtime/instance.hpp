@@ -103,6 +103,7 @@ class Instance {
   void build_and_initialise();
   void invalidate();
   void refresh(Causality causality);
+  void refresh_on_demand();
   void move(const Variable& known, double change);
   bool is_known(const Variable& variable) const;
   void aim(std::span<const Reference> knowns, const double* known);
@@ -136,7 +137,7 @@ class Instance {
   // Views of memory(), all states of the model, brought up to date on demand.
   std::vector<double> states_, rates_;
   std::string missing_state_;  // a state that moves as built, though the configuration has left it out; empty: none
-  bool has_states_ = false, has_rates_ = false;
+  bool has_states_ = false, has_rates_ = false, has_demanded_ = false;
   std::vector<double> parameters_;  // scratch of build_and_initialise(), restore() and set()
   std::vector<std::unique_ptr<Snapshot>> saved_;
 };

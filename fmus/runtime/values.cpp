@@ -80,11 +80,12 @@ void Instance::get(std::span<const Reference> references, ValueOf<access>* value
   for (const Reference reference : references) {
     const Variable& variable = blueprint_.rows[reference];
     if (!has_start(variable)) refresh(variable.causality);
+    if (variable.is_on_demand) refresh_on_demand();
     if constexpr (access == Access::real)
       *values++ =
           finite(variable, variable.causality == Causality::state        ? states_[variable.offset]
                            : variable.causality == Causality::derivative ? rates_[variable.offset]
-                                                                         : load<double>(data(), variable.offset));
+                                                                         : value_of(variable, data()));
     else
       *values++ = static_cast<int>(value_of(variable, data()));
   }
@@ -92,9 +93,13 @@ void Instance::get(std::span<const Reference> references, ValueOf<access>* value
 
 template <Access access>
 void Instance::set(std::span<const Reference> references, const ValueOf<access>* values) {
-  for (std::size_t i = 0; i < references.size(); ++i) check(row(references[i], access), values[i]);
-  bool has_set_states = false, has_retuned = false;
-  if (!is_starting()) read_parameters(parameters_);
+  bool has_set_states = false, has_retuned = false, has_parameters = false;
+  for (std::size_t i = 0; i < references.size(); ++i) {
+    const Variable& variable = row(references[i], access);
+    check(variable, values[i]);
+    has_parameters = has_parameters || variable.causality == Causality::parameter;
+  }
+  if (has_parameters && !is_starting()) read_parameters(parameters_);
   for (std::size_t i = 0; i < references.size(); ++i) {
     const Variable& variable = blueprint_.rows[references[i]];
     if (variable.causality == Causality::input) {
@@ -105,7 +110,8 @@ void Instance::set(std::span<const Reference> references, const ValueOf<access>*
       has_set_states = true;
     } else {
       has_retuned =
-          has_retuned || (variable.is_retuned && value_of(variable, data()) != static_cast<double>(values[i]));
+          has_retuned || (variable.is_retuned && (!variable.also.empty() ||
+                                                  value_of(variable, data()) != static_cast<double>(values[i])));
       set_value(variable, data(), values[i]);
       if (&variable == blueprint_.tolerance()) progress_.is_tolerance_set = true;
     }

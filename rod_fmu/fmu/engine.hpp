@@ -35,6 +35,9 @@ class Engine {
   /// Forgets what an integrator knows beyond the present point of the motion; the parameters have changed.
   virtual void discard_look_ahead(std::span<double> /*memory*/) const {}
 
+  /// Writes force and moment of the clamp on the rod.
+  virtual core::Status clamp_reaction(std::span<double> memory, const Loads& loads, Outputs& y) = 0;
+
   /// Doubt about the last equilibrium that solve_equilibrium() or a static step() found; empty if there is none.
   virtual std::string doubt() const { return ""; }
 

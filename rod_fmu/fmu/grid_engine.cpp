@@ -12,7 +12,7 @@ class GridEngine final : public Engine {
 
   long evaluations() const override { return scratch_.evaluations; }
 
-  std::size_t memory_size() const override { return GridState::size(rod_.points()); }
+  std::size_t memory_size() const override { return GridState::size(rod_.points(), rod_.tcas()); }
 
   void set_unloaded(std::span<double> memory) override {
     GridState now = state(memory);
@@ -35,8 +35,14 @@ class GridEngine final : public Engine {
     rod_.outputs(loads, now, y);
   }
 
+  core::Status clamp_reaction(std::span<double> memory, const Loads& loads, Outputs& y) override {
+    GridState now = state(memory);
+    rod_.clamp_reaction(loads, now, y);
+    return {};
+  }
+
  private:
-  GridState state(std::span<double> memory) const { return GridState(memory.data(), rod_.points()); }
+  GridState state(std::span<double> memory) const { return GridState(memory.data(), rod_.points(), rod_.tcas()); }
 
   GridRod rod_;
   GridScratch scratch_;

@@ -12,6 +12,8 @@ namespace rod {
 
 class RodModel final : public fmu::Model {
  public:
+  RodModel(std::size_t tcas, std::size_t segments, bool has_ports) : data_(tcas, segments, has_ports) {}
+
   std::span<std::byte> data() override { return std::as_writable_bytes(std::span(&data_, 1)); }
   std::span<double> memory() override { return memory_; }
   fmu::Status build() override;
@@ -19,6 +21,7 @@ class RodModel final : public fmu::Model {
   fmu::Status initialise(double t) override;
   fmu::StepResult step(double t, double h) override;
   fmu::Status evaluate(double t) override;
+  fmu::Status evaluate_on_demand(double t) override;
   fmu::Status check_memory(std::span<const double> memory) const override;
   fmu::Status check_states() const override;
   void get_states(std::span<double> x) override;

@@ -13,7 +13,7 @@ namespace {
 
 class StrainEngine final : public Engine {
  public:
-  explicit StrainEngine(const Parameters& p) : rod_(p), dynamic_(p.dynamic), method_(p.method) {
+  explicit StrainEngine(const Parameters& p) : owner_(make_rod(p)), rod_(*owner_), dynamic_(p.dynamic), method_(p.method) {
     if (method_ == Method::bdf) bdf_.emplace(rod_.unknowns());
   }
 
@@ -56,6 +56,20 @@ class StrainEngine final : public Engine {
         dynamic_ ? rod_.spatial_error(now.q.data()) : rod_.spatial_error(now.q.data(), loads, scratch_.newton.work);
   }
 
+  core::Status clamp_reaction(std::span<double> memory, const Loads& loads, Outputs& y) override {
+    copy_.assign(memory.begin(), memory.end());
+    State now = state(copy_);
+    Workspace& work = scratch_.newton.work;
+    if (dynamic_) {
+      if (core::Status status = solve_acceleration(rod_, loads, now, scratch_); !status.is_ok()) return status;
+      rod_.residual(now.q.data(), now.v.data(), now.a.data(), loads, work, scratch_.r);
+    } else {
+      rod_.static_residual(now.q.data(), loads, work, scratch_.r);
+    }
+    rod_.clamp_reaction(loads, work, y);
+    return {};
+  }
+
   std::string doubt() const override {
     switch (scratch_.stability.doubt()) {
       case Stability::Doubt::ambiguous:
@@ -93,8 +107,9 @@ class StrainEngine final : public Engine {
   void set_states(std::span<double> memory, std::span<const double> x) const override {
     State now = state(memory);
     rod_.from_states(x.data(), now.q.data());
-    rod_.from_states(x.data() + kStrainStates, now.v.data());
-    now.dissipated = x[2 * kStrainStates];
+    const std::size_t half = (x.size() - 1) / 2;
+    rod_.from_states(x.data() + half, now.v.data());
+    now.dissipated = x[2 * half];
     now.time_ahead = 0.0;
   }
 
@@ -103,7 +118,7 @@ class StrainEngine final : public Engine {
     State now = state(copy_);
     core::Status status = rod_.check_strains(now.q.data());
     if (status.is_ok()) status = solve_acceleration(rod_, loads, now, scratch_);
-    if (status.is_ok()) write_states(now.v, now.a, rod_.damping().dot(now.v.cwiseAbs2()), dx);
+    if (status.is_ok()) write_states(now.v, now.a, rod_.damping_power(now.v), dx);
     return status;
   }
 
@@ -127,7 +142,8 @@ class StrainEngine final : public Engine {
     r += dr;
     rod_.tangent(work, {.a = 1.0}, J);
     d.a = -J.lu().solve(r);
-    write_states(d.v, d.a, 2.0 * rod_.damping().cwiseProduct(now.v).dot(d.v), ddx);
+    rod_.damping_force(now.v, r);
+    write_states(d.v, d.a, 2.0 * r.dot(d.v), ddx);
     return d.a.allFinite();
   }
 
@@ -136,12 +152,14 @@ class StrainEngine final : public Engine {
 
   void write_states(const Eigen::Map<Vector>& first, const Eigen::Map<Vector>& second, double last,
                     std::span<double> x) const {
+    const std::size_t half = (x.size() - 1) / 2;
     rod_.to_states(first.data(), x.data());
-    rod_.to_states(second.data(), x.data() + kStrainStates);
-    x[2 * kStrainStates] = last;
+    rod_.to_states(second.data(), x.data() + half);
+    x[2 * half] = last;
   }
 
-  Rod rod_;
+  std::unique_ptr<const Rod> owner_;
+  const Rod& rod_;
   bool dynamic_;
   Method method_;
   Scratch scratch_;

@@ -77,7 +77,7 @@ struct Bdf::Problem {
     const Eigen::Map<const Vector> rates(v, n);
     Eigen::Map<Vector>(out, n) = Eigen::Map<const Vector>(qp, n) - rates;
     Eigen::Map<Vector>(out + n, n) = self.r;
-    out[2 * n] = qp[2 * n] - self.rod->damping().dot(rates.cwiseAbs2());
+    out[2 * n] = qp[2 * n] - self.rod->damping_power(rates);
     return self.r.allFinite() ? 0 : 1;  // 1: try a smaller step
   }
 
@@ -89,7 +89,8 @@ struct Bdf::Problem {
     self.rod->residual(q, v, a, loads_at(*self.u, t), self.scratch->newton.work, self.r);
     self.rod->tangent(self.scratch->newton.work, {1.0, c, c * c}, self.J);
     self.lu.compute(self.J);
-    self.heat_slope = 2.0 * self.rod->damping().cwiseProduct(Eigen::Map<const Vector>(v, self.n));
+    self.rod->damping_force(Eigen::Map<const Vector>(v, self.n), self.heat_slope);
+    self.heat_slope *= 2.0;
     return 0;
   }
 
@@ -139,7 +140,7 @@ StepOutcome Bdf::step(const Rod& rod, const Inputs& u, double h, double toleranc
   Eigen::Map<Vector> q(y, n), v(y + n, n), qp(yp, n), a(yp + n, n);
   q = state.q, v = state.v, qp = state.v, a = state.a;
   y[2 * n] = 0.0;
-  yp[2 * n] = rod.damping().dot(state.v.cwiseAbs2());
+  yp[2 * n] = rod.damping_power(state.v);
   Eigen::Map<Vector>(absolute, n).setConstant(tolerance * kStrainScale);
   Eigen::Map<Vector>(absolute + n, n).setConstant(tolerance * kStrainScale * rod.first_frequency());
   absolute[2 * n] = tolerance * rod.stiffness().mean();

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstring>
 #include <limits>
+#include <span>
 
 namespace rod {
 
@@ -12,7 +13,9 @@ namespace {
 bool is_constant(const Inputs& u) {
   const auto constant = [](const Polynomial& p) { return core::is_constant(p); };
   const auto all = [&](const auto& inputs) { return std::ranges::all_of(inputs, constant); };
-  return all(u.T) && all(u.delta_guess) && all(u.gravity) && all(u.tip_force) && all(u.tip_moment);
+  const auto first = [](const auto& inputs, std::size_t count) { return std::span(inputs).first(count); };
+  return all(first(u.T, u.tcas)) && all(first(u.delta_guess, u.tcas)) && all(u.gravity) && all(u.tip_force) &&
+         all(u.tip_moment) && std::ranges::all_of(first(u.load, u.stations), all);
 }
 
 }  // namespace
@@ -31,7 +34,7 @@ bool record_constant_inputs(const Inputs& u, State& state) {
 void interpolate_to(const Rod& rod, double elapsed, State& state) {
   const MotionState& end = state.ahead;
   const double T = state.time_ahead, x = elapsed / T, x2 = x * x, x3 = x2 * x, x4 = x3 * x, x5 = x4 * x;
-  const auto power = [&rod](const auto& v) { return rod.damping().dot(v.cwiseAbs2()); };
+  const auto power = [&rod](const auto& v) { return rod.damping_power(v); };
   const double from = power(state.v), to = power(end.v);
   const double heat = end.dissipated - state.dissipated;
   state.dissipated += (3.0 * x2 - 2.0 * x3) * heat + T * ((x - 2.0 * x2 + x3) * from + (x3 - x2) * to);

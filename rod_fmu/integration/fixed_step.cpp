@@ -17,6 +17,11 @@ void predict(const Rod& rod, double h, const State& state, Vector& x) {
     x.setZero(rod.unknowns());
 }
 
+bool is_admissible_after(const Rod& rod, const State& state, Scratch& scratch) {
+  scratch.r = state.q + scratch.x;
+  return rod.is_admissible(scratch.r.data());
+}
+
 /// Solves the stage for x. Returns whether it converged to admissible strains.
 bool solve(const Rod& rod, const Loads& loads, double h, double wq, double wa, const State& state, Scratch& scratch) {
   Stage& stage = scratch.stage;
@@ -27,7 +32,7 @@ bool solve(const Rod& rod, const Loads& loads, double h, double wq, double wa, c
   stage.moving = true;
   predict(rod, h, state, scratch.x);
   return scratch.newton.solve_with_homotopy(rod, stage, loads, kNewtonTolerance, scratch.x).converged &&
-         rod.is_admissible(Vector(state.q + scratch.x).data());
+         is_admissible_after(rod, state, scratch);
 }
 
 bool backward_euler(const Rod& rod, const Loads& loads, double h, State& state, Scratch& scratch) {
@@ -35,16 +40,16 @@ bool backward_euler(const Rod& rod, const Loads& loads, double h, State& state, 
   state.a = scratch.stage.a + scratch.stage.weights.a * scratch.x;
   state.v = scratch.x / h;
   state.q += scratch.x;
-  state.dissipated += h * rod.damping().dot(state.v.cwiseAbs2());
+  state.dissipated += h * rod.damping_power(state.v);
   return true;
 }
 
 bool midpoint(const Rod& rod, const Loads& loads, double h, State& state, Scratch& scratch) {
   if (!solve(rod, loads, h, 0.5, 2.0 / (h * h), state, scratch)) return false;
-  const auto mean = scratch.x / h;
-  state.dissipated += h * rod.damping().dot(mean.cwiseAbs2());
+  scratch.r = scratch.x / h;  // the mean rate
+  state.dissipated += h * rod.damping_power(scratch.r);
   state.a = scratch.stage.a + scratch.stage.weights.a * scratch.x;
-  state.v = 2.0 * mean - state.v;
+  state.v = 2.0 * scratch.r - state.v;
   state.q += scratch.x;
   return true;
 }

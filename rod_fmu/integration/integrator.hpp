@@ -6,6 +6,7 @@
 
 #include "core/status.hpp"
 #include "integration/newton.hpp"
+#include "integration/rosenbrock_tableaus.hpp"
 #include "integration/stability.hpp"
 #include "mechanics/rod.hpp"
 
@@ -54,6 +55,28 @@ inline double max_internal_steps(const Rod& rod, double h) {
   return std::min(2e4 + 5e3 * h * rod.first_frequency(), 1e6);
 }
 
+/// Point (q, v, a) or increment of one stage of a Rosenbrock method; e is the energy dissipated, integrated along.
+struct Point {
+  Vector q, v, a;
+  double e = 0.0;
+
+  void add(double factor, const Point& U) {
+    q += factor * U.q;
+    v += factor * U.v;
+    a += factor * U.a;
+    e += factor * U.e;
+  }
+};
+
+/// Work arrays of the Rosenbrock methods.
+struct StageMemory {
+  std::array<Point, kMaxStages> U;
+  Point y;
+  Vector r, r_t, b1, b2, dr, power_slope;
+  Matrix J;
+  Eigen::PartialPivLU<Matrix> lu;
+};
+
 /// Work arrays of all methods for one rod.
 struct Scratch {
   Newton newton;
@@ -61,6 +84,7 @@ struct Scratch {
   Workspace work;
   Vector r, x;
   Stability stability;
+  StageMemory stages;
 
   /// Evaluations of the residual so far.
   long evaluations() const { return newton.work.evaluations + work.evaluations + stability.evaluations(); }

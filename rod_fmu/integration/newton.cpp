@@ -70,18 +70,19 @@ NewtonResult Newton::solve_linear(const Rod& rod, const Stage& stage, const Load
   residual(rod, stage, loads, x);
   rod.tangent(work, stage.weights, J_);
   lu_.compute(J_);
-  x -= lu_.solve(r_);
+  change_ = lu_.solve(r_);
+  x -= change_;
   return {.converged = x.allFinite(), .iterations = 1};
 }
 
 NewtonResult Newton::solve_with_homotopy(const Rod& rod, const Stage& stage, const Loads& loads, double tolerance,
                                          Vector& x) {
-  const Vector start = x;
+  start_ = x;
   NewtonResult result = solve(rod, stage, loads, tolerance, x);
   if (result.converged) return result;
 
-  Vector full_residual, solution = start;
-  residual(rod, stage, loads, start);  // target_ is null here
+  Vector full_residual, solution = start_;
+  residual(rod, stage, loads, start_);  // target_ is null here
   full_residual = r_;
   double done = 0.0, step = 0.25;  // of the homotopy parameter s
   while (done < 1.0 && step > 1e-4) {
@@ -105,7 +106,8 @@ NewtonResult Newton::solve_with_homotopy(const Rod& rod, const Stage& stage, con
 
 void Newton::equilibrium_velocity(const Rod& rod, const Loads& loads, const Loads& rates, Vector& v) {
   rod.load_derivative(work, loads, rates, r_);
-  v = -lu_.solve(r_);  // factored at the last iterate, which differs from the solution by less than the tolerance
+  v = lu_.solve(r_);  // factored at the last iterate, which differs from the solution by less than the tolerance
+  v = -v;
 }
 
 }  // namespace rod

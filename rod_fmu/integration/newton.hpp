@@ -46,7 +46,7 @@ class Newton {
   void residual(const Rod& rod, const Stage& stage, const Loads& loads, const Vector& x);
   NewtonResult iterate(const Rod& rod, const Stage& stage, const Loads& loads, double tolerance, Vector& x);
 
-  Vector q_, v_, a_, r_, target_, trial_, change_;
+  Vector q_, v_, a_, r_, target_, trial_, change_, start_;
   Matrix J_;
   Eigen::PartialPivLU<Matrix> lu_;
 };

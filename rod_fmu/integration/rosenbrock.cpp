@@ -19,26 +19,16 @@ constexpr double kMaxCrossing = 10.0;  // of such a step, in radians of the firs
 constexpr double kMaxStretch = 1.05;   // of a step that then ends at the communication point; its error still passes
 constexpr double kMinStep = 1e-9;      // of the communication step, or of the rod's time scale
 
-/// Point (q, v, a) or increment of one stage; e is the energy dissipated, integrated along.
-struct Point {
-  Vector q, v, a;
-  double e = 0.0;
-
-  void add(double factor, const Point& U) {
-    q += factor * U.q;
-    v += factor * U.v;
-    a += factor * U.a;
-    e += factor * U.e;
-  }
-};
-
 /// One step of a method from a state: increments of the stages, solution and error. The workspace `start` and the
 /// residual scratch.r belong to the state when the step begins.
 template <class Tableau>
 class RosenbrockStep {
  public:
   RosenbrockStep(const Rod& rod, const Inputs& u, const State& state, Scratch& scratch)
-      : rod_(rod), u_(u), state_(state), start_(scratch.newton.work), start_r_(scratch.r), work_(scratch.work) {}
+      : rod_(rod), u_(u), state_(state), start_(scratch.newton.work), start_r_(scratch.r), work_(scratch.work),
+        U_(scratch.stages.U), y_(scratch.stages.y), r_(scratch.stages.r), r_t_(scratch.stages.r_t),
+        b1_(scratch.stages.b1), b2_(scratch.stages.b2), dr_(scratch.stages.dr),
+        power_slope_(scratch.stages.power_slope), J_(scratch.stages.J), lu_(scratch.stages.lu) {}
 
   /// Makes the step of length h [s] that starts `from` [s] after the communication point, where the loads are `loads`.
   void compute(double from, double h, const Loads& loads) {
@@ -46,14 +36,14 @@ class RosenbrockStep {
     rod_.tangent(start_, {1.0, g, g * g}, J_);
     lu_.compute(J_);
     rod_.load_derivative(start_, loads, load_rates_at(u_, from), r_t_);
-    const auto& D = rod_.damping();
-    const Vector power_slope = 2.0 * D.cwiseProduct(state_.v);
+    rod_.damping_force(state_.v, power_slope_);
+    power_slope_ *= 2.0;
 
     for (int i = 0; i < Tableau::kStages; ++i) {
       move_to_stage(i);
       b1_ = y_.v;
       b2_ = y_.a;
-      double b_e = D.dot(y_.v.cwiseAbs2());
+      double b_e = rod_.damping_power(y_.v);
       for (int j = 0; j < i; ++j) {
         b1_ += (Tableau::kC[i - 1][j] / h) * U_[j].q;
         b2_ += (Tableau::kC[i - 1][j] / h) * U_[j].v;
@@ -69,7 +59,7 @@ class RosenbrockStep {
       U_[i].q = lu_.solve(r_);
       U_[i].v = g * U_[i].q - b1_;
       U_[i].a = g * U_[i].v - b2_;
-      U_[i].e = (b_e + power_slope.dot(U_[i].v)) / g;
+      U_[i].e = (b_e + power_slope_.dot(U_[i].v)) / g;
     }
     y_.add(1.0, U_[Tableau::kStages - 1]);
   }
@@ -106,11 +96,11 @@ class RosenbrockStep {
   const Vector& start_r_;
   Workspace& work_;
 
-  std::array<Point, kMaxStages> U_;
-  Point y_;
-  Vector r_, r_t_, b1_, b2_, dr_;
-  Matrix J_;
-  Eigen::PartialPivLU<Matrix> lu_;
+  std::array<Point, kMaxStages>& U_;
+  Point& y_;
+  Vector &r_, &r_t_, &b1_, &b2_, &dr_, &power_slope_;
+  Matrix& J_;
+  Eigen::PartialPivLU<Matrix>& lu_;
 };
 
 /// Evaluates the residual at the state, with an acceleration that agrees with the loads: after a jump of the inputs the

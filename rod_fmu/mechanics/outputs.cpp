@@ -1,9 +1,9 @@
-// Outputs of a rod: pose (Eq. 5), velocity (Eq. 6), shape, displacements (Eq. 17), tensions (Eq. 4) and energies.
+// Outputs of a uniform rod: pose (Eq. 5), velocity (Eq. 6), shape, displacements (Eq. 17), tensions (Eq. 4) and energies.
 #include <algorithm>
 #include <cmath>
 
-#include "mechanics/rod.hpp"
 #include "mechanics/rotations.hpp"
+#include "mechanics/uniform_rod.hpp"
 #include "numerics/kernel.hpp"
 
 namespace rod {
@@ -21,10 +21,10 @@ Triple euler_angles(const Rotation<double>& R) {
           std::atan2(-R.row0.y, R.row0.x)};
 }
 
-void Rod::outputs(const double* q, const double* v, const Loads& loads, const Workspace& w, Outputs& y) const {
+void UniformRod::outputs(const double* q, const double* v, const Loads& loads, Workspace& w, Outputs& y) const {
   const Quadrature& grid = *constants_.grid;
   const int n = unknowns();
-  const Eigen::Map<const Vector> strains(q, n), rates(v, n);
+  const Eigen::Map<const Vector> strains(q, n);
 
   for (std::size_t m = 0; m < kShapeStations; ++m)
     y.shape[m] = triple(length() * frame_.from_frame(weighted_sum(grid.stations[m], w.l)));
@@ -50,25 +50,35 @@ void Rod::outputs(const double* q, const double* v, const Loads& loads, const Wo
   }
   y.energy_kinetic = 0.5 * length() * weighted_sum(grid.w, kinetic);
   y.energy_gravity = -section_.mass * length() * length() * weighted_sum(grid.w, height);
-  y.energy_tca = 0.0;
-  for (std::size_t i = 0; i < kTcas; ++i) {
-    y.delta[i] = w.delta[i];
-    y.delta_rate[i] = w.b[i].dot(rates);
-    y.N[i] = w.tension[i].value;
-    y.energy_tca += law_.energy(closure_ == Closure::inside ? w.delta[i] : loads.delta_guess[i], loads.T[i]);
-  }
+  tca_outputs(v, loads, w, y);
   y.out_of_plane = constants_.planar ? out_of_plane(loads, w) : 0.0;
 }
 
-double Rod::out_of_plane(const Loads& loads, const Workspace& w) const {
+void UniformRod::clamp_reaction(const Loads& loads, const Workspace& w, Outputs& y) const {
+  const Quadrature& grid = *constants_.grid;
+  const BodyLoads turned = loads.seen_from(frame_);
+  const double L = length(), mass = section_.mass * L;
+  Vec3 force = turned.tip_force + mass * turned.gravity, moment = turned.tip_moment;
+  for (int k = 0; k < grid.nodes; ++k) {
+    moment = moment + grid.w[k] * cross(w.l.at(k), w.n.at(k));
+    if (!w.moving) continue;
+    const Vec3 swing = cross(w.alpha.at(k), w.l.at(k)) + cross(w.omega.at(k), w.swing.at(k)) + w.l2.at(k);
+    force = force - (mass * L * grid.w[k] * (1.0 - grid.s[k])) * swing;  // int of the acceleration, by parts
+    moment = moment - grid.w[k] * w.hdot.at(k);
+  }
+  y.base_force = triple(frame_.from_frame(-1.0 * force));
+  y.base_moment = triple(frame_.from_frame(-1.0 * moment));
+}
+
+double UniformRod::out_of_plane(const Loads& loads, const Workspace& w) const {
   // The balance of a section again, now of the components that the plane leaves out, at the strains of the plane.
   const Quadrature& grid = *constants_.grid;
-  const Loads legendre_integral = loads.seen_from(frame_);
-  const double weight = constants_.mass * length() * length() * legendre_integral.gravity.y;
+  const BodyLoads turned = loads.seen_from(frame_);
+  const double weight = constants_.mass * length() * length() * turned.gravity.y;
   NodeArray<Triad<Pack>, kMaxPacks> n{}, m{};
-  if (legendre_integral.gravity.y != 0.0 || legendre_integral.tip_force.y != 0.0) {
+  if (turned.gravity.y != 0.0 || turned.tip_force.y != 0.0) {
     for (int p = 0; p < grid.packs; ++p) {
-      n[p].y = length() * legendre_integral.tip_force.y + (1.0 - grid.s.pack[p]) * weight;
+      n[p].y = length() * turned.tip_force.y + (1.0 - grid.s.pack[p]) * weight;
       m[p] = cross(w.l[p], n[p]);
     }
     m = integral(grid.adjoint, m);
@@ -76,9 +86,9 @@ double Rod::out_of_plane(const Loads& loads, const Workspace& w) const {
   VectorField couple, force;
   for (int p = 0; p < grid.packs; ++p) {
     couple.set(p, transpose_times(
-                      w.R[p], m[p] + broadcast({legendre_integral.tip_moment.x, 0.0, legendre_integral.tip_moment.z})));
+                      w.R[p], m[p] + broadcast({turned.tip_moment.x, 0.0, turned.tip_moment.z})));
     force.set(p, n[p]);
-    for (std::size_t i = 0; i < kTcas; ++i) {
+    for (std::size_t i = 0; i < tcas(); ++i) {
       const double tension = length() * w.tension[i].value;
       couple.set(p, couple[p] - tension * w.arm[i][p]);
       force.set(p, force[p] - tension * w.t[i][p]);

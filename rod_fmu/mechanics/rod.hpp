@@ -12,27 +12,51 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <memory>
 #include <vector>
 
 #include "core/status.hpp"
 #include "mechanics/loops.hpp"
 #include "physics/data.hpp"
+#include "physics/frame.hpp"
 #include "physics/loads.hpp"
-#include "physics/section.hpp"
 #include "physics/tca_law.hpp"
 
 namespace rod {
 
-inline constexpr int kMaxUnknowns = 6 * kMaxTerms;
-using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxUnknowns, 1>;
-using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxUnknowns, kMaxUnknowns>;
+using Vector = Eigen::VectorXd;
+using Matrix = Eigen::MatrixXd;
+using ConstVectorRef = Eigen::Ref<const Vector>;
+
+/// The same of one segment: also its strains, and the tensions along TCAs that are bonded to it.
+struct SegmentWorkspace : Kinematics {
+  VectorField kappa, lambda;                     // kappa times the segment's length
+  std::vector<ScalarField> N, N_stretch, N_T;    // tension [N], its slopes in |u| [N] and in T [N/K]
+};
+
+/// Derivatives of one segment in the motion of its start, 12 numbers, and in the wrench at its end, 6 numbers: of its
+/// residual, of the motion of its end, of the wrench at its start.
+struct SegmentDerivatives {
+  Matrix r_start, r_end;
+  Eigen::Matrix<double, 12, 12> motion;
+  Eigen::Matrix<double, 6, 12> base_start;
+  Eigen::Matrix<double, 6, 6> base_end;
+};
 
 /// Scratch of one evaluation: what an evaluation leaves for derivatives and outputs. Never part of a state.
 struct Workspace : Kinematics {
-  PerTca<double> delta{};       // displacements [m], Eq. 17
-  PerTca<Tension> tension{};    // tensions [N] and their slopes, Eq. 4
-  std::array<Vector, kTcas> b;  // d delta_i/dq [m]
-  long evaluations = 0;         // of the residual in this workspace so far
+  PerTca<double> delta{};            // displacements [m], Eq. 17
+  PerTca<Tension> tension{};         // tensions [N] and their slopes, Eq. 4
+  std::vector<Vector> b;             // d delta_i/dq [m]
+  std::vector<SegmentWorkspace> segments;  // of a body of segments, which does not use the Kinematics above
+  PerTca<double> twist{};            // of tethered TCAs: rotation of the ends about the TCA phi_i [rad]
+  std::vector<Vector> c;             // d phi_i/dq [1]
+  PerTca<TetheredForce> tethered{};  // their tension and torque
+  Wrench base;                       // that the body passes on to the clamp
+  Vec3 gravity;                      // that acted, in the rod's frame [m/s2]
+  long evaluations = 0;              // of the residual in this workspace so far
+  mutable std::vector<SegmentDerivatives> neighbours;  // scratch of the tangent
+  mutable Vector scratch;                              // unknowns() numbers
 };
 
 /// Weights of the three derivatives: q dr/dq + v dr/dv + a dr/da.
@@ -43,35 +67,33 @@ struct Weights {
 /// Constant after construction. Arrays of doubles have unknowns() elements.
 class Rod {
  public:
-  Rod() = default;
-  explicit Rod(const Parameters& p) : Rod(p, Section::of(p)) {}
-  Rod(const Parameters& p, const Section& section);
+  virtual ~Rod() = default;
 
-  int unknowns() const { return constants_.unknowns(); }
-  /// Copies unknowns to the coefficients of the largest rod: degree by degree, six components in the fixed frame each.
-  /// Coefficients that this rod lacks become 0.
-  void to_states(const double* unknowns, double* states) const;
+  int unknowns() const { return static_cast<int>(stiffness_.size()); }
+  /// Copies unknowns to the coefficients of the largest segments: segment by segment, degree by degree, six components
+  /// in the fixed frame each. Coefficients that this rod lacks become 0.
+  virtual void to_states(const double* unknowns, double* states) const = 0;
   /// The inverse of to_states(); coefficients that this rod lacks are ignored.
-  void from_states(const double* states, double* unknowns) const;
+  virtual void from_states(const double* states, double* unknowns) const = 0;
 
   /// Writes the residual r(q, v, a) [J] and fills the workspace for the functions below.
-  void residual(const double* q, const double* v, const double* a, const Loads& loads, Workspace& work,
-                Vector& r) const;
+  virtual void residual(const double* q, const double* v, const double* a, const Loads& loads, Workspace& work,
+                        Vector& r) const = 0;
   /// Writes the residual of a rod at rest and fills the workspace for the functions below.
-  void static_residual(const double* q, const Loads& loads, Workspace& work, Vector& r) const;
+  virtual void static_residual(const double* q, const Loads& loads, Workspace& work, Vector& r) const = 0;
   /// Fills the workspace with positions, velocities, displacements and tensions, enough for outputs().
-  void kinematics(const double* q, const double* v, const Loads& loads, Workspace& work) const;
+  virtual void kinematics(const double* q, const double* v, const Loads& loads, Workspace& work) const = 0;
 
   // Derivatives at the point of the workspace's last residual:
   /// Writes J = weights.q dr/dq + weights.v dr/dv + weights.a dr/da, exact.
-  void tangent(const Workspace& work, const Weights& weights, Matrix& J) const;
+  virtual void tangent(const Workspace& work, const Weights& weights, Matrix& J) const = 0;
+  /// Writes the derivative of r in the direction (0, dv, da).
+  virtual void rate_derivative(const Workspace& work, const Vector& dv, const Vector& da, Vector& dr) const = 0;
+  /// Writes dr/dt at fixed q, v, a under loads that change at `rates`.
+  virtual void load_derivative(const Workspace& work, const Loads& loads, const Loads& rates, Vector& dr) const = 0;
   /// Adds to the static tangent J the stiffness of tensions that follow this rod's displacements where they do not in J
   /// (closure exchanged): J is then that of the closed loop.
   void add_tca_stiffness(const Workspace& work, const Loads& loads, Matrix& J) const;
-  /// Writes the derivative of r in the direction (0, dv, da).
-  void rate_derivative(const Workspace& work, const Vector& dv, const Vector& da, Vector& dr) const;
-  /// Writes dr/dt at fixed q, v, a under loads that change at `rates`.
-  void load_derivative(const Workspace& work, const Loads& loads, const Loads& rates, Vector& dr) const;
 
   /// Returns whether the strains are finite, keep every section outside of its neighbours (stretch > 0), and have a
   /// curvature that the quadrature resolves.
@@ -81,54 +103,66 @@ class Rod {
 
   /// Estimates the error of the strain polynomials at an equilibrium [m]: of the centreline and of the displacements.
   /// The workspace holds its kinematics.
-  double spatial_error(const double* q, const Loads& loads, const Workspace& work) const;
+  virtual double spatial_error(const double* q, const Loads& loads, Workspace& work) const = 0;
   /// Estimates the same error [m] for a moving rod, from the decay of the strains' coefficients.
-  double spatial_error(const double* q) const;
+  virtual double spatial_error(const double* q) const = 0;
 
   /// Diagonal of int Phi^T K Phi ds [J].
   const Vector& stiffness() const { return stiffness_; }
-  /// Diagonal of int Phi^T D Phi ds [J s].
-  const Vector& damping() const { return damping_; }
-  /// First angular frequency of the slender clamped-free beam [rad/s], the scale of rates against strains.
-  double first_frequency() const;
+  /// Writes the damping force int Phi^T D Phi ds v [J].
+  virtual void damping_force(ConstVectorRef v, Vector& force) const = 0;
+  /// Power of the damping at the rates v [W].
+  virtual double damping_power(ConstVectorRef v) const = 0;
+  /// Estimate of the first angular frequency of the slender clamped-free beam [rad/s], the scale of rates against
+  /// strains.
+  double first_frequency() const { return first_frequency_; }
 
   /// Writes shape, tip pose and velocity, energies, displacements and tensions for the workspace's last evaluation,
   /// which must have been residual() or kinematics() at the same q, v and loads.
-  void outputs(const double* q, const double* v, const Loads& loads, const Workspace& work, Outputs& y) const;
+  virtual void outputs(const double* q, const double* v, const Loads& loads, Workspace& work, Outputs& y) const = 0;
+  /// Writes the force [N] and moment [N m] of the clamp on the rod for the workspace's last evaluation, which must have
+  /// been residual() or static_residual().
+  virtual void clamp_reaction(const Loads& loads, const Workspace& work, Outputs& y) const = 0;
 
-  const TcaLaw& law() const { return law_; }
+  std::size_t tcas() const { return laws_.size(); }
+  const TcaLaw& law(std::size_t i) const { return laws_[i]; }
   Closure closure() const { return closure_; }
-  double length() const { return constants_.length; }
+  double length() const { return length_; }
 
- private:
-  /// Stiffness of a constant strain of component c, int K ds in units of the unknowns [J].
-  double stiffness_per_strain(int c) const {
-    return section_.stiffness[c] * (c < 3 ? 1.0 / length() : length());  // curvatures are multiplied by L
-  }
+ protected:
+  explicit Rod(const Parameters& p);
+
   struct StrainRange {
-    double curvature = 0.0;  // largest |kappa| L [rad]
-    double stretch = 1.0;    // least lambda_z [1]
+    double curvature = 0.0;       // largest |kappa| times the segment's length [rad]
+    double max_curvature = 0.0;   // that the segment's quadrature resolves [rad]
+    double stretch = 1.0;         // least lambda_z [1]
   };
-  /// Extremes of the strains at the nodes.
-  StrainRange strain_range(const double* q) const;
-  /// Resizes the gradients b of the workspace and returns where a loop writes them.
-  Gradients gradients(Workspace& work) const;
-  /// Displacements and tensions of the TCAs from their paths (Eqs. 17 and 4).
+  /// Extremes of the strains at the nodes; of several segments the one that is closest to its limit.
+  virtual StrainRange strain_range(const double* q) const = 0;
+  /// Tensions of the TCAs from their displacements (Eq. 4).
   void pull_tcas(const Loads& loads, Workspace& work) const;
-  /// See Outputs::out_of_plane; loads are those of the fixed frame.
-  double out_of_plane(const Loads& loads, const Workspace& work) const;
+  /// Adds the outputs of the TCAs.
+  void tca_outputs(const double* v, const Loads& loads, const Workspace& work, Outputs& y) const;
 
   Frame frame_;  // of a planar rod: its x axis lies in the plane of motion
-  Section section_;
-  TcaLaw law_;
+  std::vector<TcaLaw> laws_;
   Closure closure_ = Closure::inside;
-  std::vector<int> components_;           // strain components of this rod
-  std::vector<int> excluded_components_;  // those that would leave the plane of a planar rod
-  RodConstants constants_;
-  ResidualLoops residual_loops_;
-  TangentLoops tangent_loops_;
-  PerTca<double> reference_path_{};  // int |u_i| ds/L of the unstrained rod
-  Vector stiffness_, damping_;
+  double length_ = 0.0;
+  double first_frequency_ = 0.0;
+  Vector stiffness_;
 };
+
+/// The strain components of a choice of strains, 0..2: bending, bending, torsion; 3..5: shear, shear, stretch. Of a
+/// planar rod those that stay in the plane, and in `excluded` the others.
+std::vector<int> components_of(Strains strains, bool planar, std::vector<int>& excluded);
+
+/// Estimate of what strain polynomials with these coefficients leave out of the centreline, over the length [1].
+double missing_share(const double* q, int terms, const std::vector<int>& components);
+
+/// Returns whether UniformRod can be the rod of these parameters.
+bool is_uniform(const Parameters& p);
+
+/// The rod of these parameters: uniform where it can be, else of segments.
+std::unique_ptr<const Rod> make_rod(const Parameters& p);
 
 }  // namespace rod

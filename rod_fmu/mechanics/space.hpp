@@ -11,6 +11,7 @@ namespace rod {
 
 struct Spatial {
   static constexpr bool planar = false;
+  static constexpr bool segment = false;
   using Linear = Triad<Pack>;   // positions, forces
   using Angular = Triad<Pack>;  // rotations, couples
   ROD_INLINE static auto rotation_at(const RotationField& R, int p) {
@@ -18,8 +19,14 @@ struct Spatial {
   }
 };
 
+/// A segment of a body: motion in space of a rod whose start moves and whose section changes.
+struct Segmented : Spatial {
+  static constexpr bool segment = true;
+};
+
 struct Planar {
   static constexpr bool planar = true;
+  static constexpr bool segment = false;
   using Linear = Triad<Pack, Zero, Pack>;
   using Angular = Triad<Zero, Pack, Zero>;
   ROD_INLINE static auto rotation_at(const RotationField& R, int p) {
@@ -41,6 +48,20 @@ auto select_loop(const RodConstants& rod) {
       return rod.planar ? Family::template of<Planar, 4>() : Family::template of<Spatial, 4>();
     case 5:
       return rod.planar ? Family::template of<Planar, 5>() : Family::template of<Spatial, 5>();
+  }
+  throw std::logic_error("no loops for this number of nodes");
+}
+
+/// Family::of<packs>() for the loops of this segment.
+template <class Family>
+auto select_segment_loop(const RodConstants& segment) {
+  switch (segment.grid->packs) {
+    case 3:
+      return Family::template of<3>();
+    case 4:
+      return Family::template of<4>();
+    case 5:
+      return Family::template of<5>();
   }
   throw std::logic_error("no loops for this number of nodes");
 }

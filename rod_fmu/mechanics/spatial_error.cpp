@@ -10,14 +10,14 @@
 #include <cmath>
 
 #include "mechanics/polynomials.hpp"
-#include "mechanics/rod.hpp"
+#include "mechanics/uniform_rod.hpp"
 #include "numerics/kernel.hpp"
 
 namespace rod {
 
-double Rod::spatial_error(const double* q, const Loads& loads, const Workspace& w) const {
+double UniformRod::spatial_error(const double* q, const Loads& loads, Workspace& w) const {
   const Quadrature& grid = *constants_.grid;
-  const Loads turned = loads.seen_from(frame_);
+  const BodyLoads turned = loads.seen_from(frame_);
   const Vec3 weight = (constants_.mass * length() * length()) * turned.gravity;
   NodeArray<Triad<Pack>, kMaxPacks> n{}, m{};
   for (int p = 0; p < grid.packs; ++p) {
@@ -30,7 +30,7 @@ double Rod::spatial_error(const double* q, const Loads& loads, const Workspace& 
     const Rotation<Pack> R = w.R[p];
     couple.set(p, transpose_times(R, m[p] + broadcast(turned.tip_moment)));
     force.set(p, transpose_times(R, n[p]));
-    for (std::size_t i = 0; i < kTcas; ++i) {
+    for (std::size_t i = 0; i < tcas(); ++i) {
       const double tension = length() * w.tension[i].value;
       couple.set(p, couple[p] - tension * w.arm[i][p]);
       force.set(p, force[p] - tension * w.t[i][p]);
@@ -60,7 +60,7 @@ double Rod::spatial_error(const double* q, const Loads& loads, const Workspace& 
     const Pack square = dot(shift[p], shift[p]);
     for (int k = 0; k < kPackSize; ++k) largest = std::max(largest, std::sqrt(square[k]));
   }
-  for (std::size_t i = 0; i < kTcas; ++i) {
+  for (std::size_t i = 0; i < tcas(); ++i) {
     double sum = 0.0;
     for (int p = 0; p < grid.packs; ++p) {
       const Pack density = grid.w.pack[p] * (dot(w.arm[i][p], dkappa[p]) + dot(w.t[i][p], dlambda[p]));
@@ -71,11 +71,11 @@ double Rod::spatial_error(const double* q, const Loads& loads, const Workspace& 
   return length() * largest;
 }
 
-double Rod::spatial_error(const double* q) const {
+double missing_share(const double* q, int terms, const std::vector<int>& components) {
   // The last two degrees, relative to the two before them, extrapolate to the two that are missing (a symmetric load
   // excites every second degree only). A strain of degree p moves the centreline by its integral, about L/(2 p + 1) of
   // it, a curvature by the integral of its integral.
-  const int terms = constants_.terms, count = constants_.count;
+  const int count = static_cast<int>(components.size());
   const double degree = 2.0 * terms + 1.0;
   double sum = 0.0;
   for (int i = 0; i < count; ++i) {
@@ -83,9 +83,13 @@ double Rod::spatial_error(const double* q) const {
     const double last = amplitude(terms - 1) + amplitude(terms - 2);
     const double before = amplitude(terms - 3) + amplitude(terms - 4);
     const double missing = last * std::min(1.0, terms < 3 || before == 0.0 ? 1.0 : last / before);
-    sum += missing / (components_[i] < 3 ? degree * degree : degree);
+    sum += missing / (components[i] < 3 ? degree * degree : degree);
   }
-  return length() * sum;
+  return sum;
+}
+
+double UniformRod::spatial_error(const double* q) const {
+  return length() * missing_share(q, constants_.terms, components_);
 }
 
 }  // namespace rod

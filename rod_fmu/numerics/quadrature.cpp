@@ -104,6 +104,11 @@ const Quadrature& quadrature(int order, double turns) {
   return tables()[rule];
 }
 
+void integral_weights(const Quadrature& grid, double x, ScalarField& weights) {
+  for (int j = 0; j < grid.nodes; ++j)
+    weights[j] = 0.5 * lagrange_integral(grid.nodes, 2.0 * grid.s[j] - 1.0, 2.0 * grid.w[j], 2.0 * x - 1.0);
+}
+
 double max_resolved_curvature() { return tables().back().max_curvature; }
 
 }  // namespace rod

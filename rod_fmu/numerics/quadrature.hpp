@@ -19,7 +19,7 @@ inline constexpr int kMaxIntervalPacks = interval_packs_of(kMaxPacks);
 inline constexpr int kGaussPoints = 3;  // Gauss points of the Magnus expansion in each interval
 
 /// One number per interval, padded with zeros to whole packs.
-struct IntervalField {
+struct alignas(kPackSize * sizeof(double)) IntervalField {
   union {
     Pack pack[kMaxIntervalPacks] = {};
     double value[kMaxIntervalPacks * kPackSize];
@@ -57,6 +57,9 @@ const Quadrature& quadrature(int order, double turns = 0.0);
 
 /// Largest curvature times L [rad] that the finest rule resolves.
 double max_resolved_curvature();
+
+/// Writes the weights of int_0^x f ds for x in [0, 1], in units of L.
+void integral_weights(const Quadrature& grid, double x, ScalarField& weights);
 
 /// Values P_0 ... P_{count-1} of the Legendre polynomials at x in [-1, 1].
 void legendre_values(double x, int count, double* values);

@@ -9,8 +9,9 @@
 
 namespace rod::pade {
 
-void FrontalSolver::resize(int points) {
+void FrontalSolver::resize(int points, int tcas) {
   points_ = points;
+  columns_ = 1 + tcas;
   start_.assign(points + 1, 0);
   for (int k = 0; k < points; ++k) {
     int count = k <= points - 3 ? kFields : 0;
@@ -38,7 +39,7 @@ using Equation = FrontalSolver::Equation;
 
 /// Eliminates the unknowns of the first point from a front of rows with `width` coefficients. The pivot rows come first
 /// afterwards.
-ROD_INLINE bool eliminate(Equation** front, int rows, int width) {
+ROD_INLINE bool eliminate(Equation** front, int rows, int width, int columns) {
   for (int j = 0; j < kFields; ++j) {
     int best = j;
     for (int i = j + 1; i < rows; ++i)
@@ -52,7 +53,7 @@ ROD_INLINE bool eliminate(Equation** front, int rows, int width) {
       const double factor = row.a[j] * inverse;
       if (factor == 0.0) continue;
       for (int c = j + 1; c < width; ++c) row.a[c] -= factor * pivot.a[c];
-      for (int c = 0; c < FrontalSolver::kColumns; ++c) row.b[c] -= factor * pivot.b[c];
+      for (int c = 0; c < columns; ++c) row.b[c] -= factor * pivot.b[c];
     }
   }
   return true;
@@ -66,7 +67,7 @@ bool FrontalSolver::solve() {
   for (int k = 0; k < points_; ++k) {
     for (int i = start_[k]; i < start_[k + 1]; ++i) front[rows++] = &equations_[i];
     const int width = (k == 0 || k >= points_ - kReach ? kReach : kReach - 1) * kFields;
-    if (!dispatch<eliminate>(front.data(), rows, width)) return false;
+    if (!dispatch<eliminate>(front.data(), rows, width, columns_)) return false;
     std::copy_n(front.begin(), kFields, pivots_.begin() + k * kFields);
     rows -= kFields;
     for (int i = 0; i < rows; ++i) {  // the front's coefficients now begin at the next point
@@ -78,13 +79,13 @@ bool FrontalSolver::solve() {
   for (int u = points_ * kFields - 1; u >= 0; --u) {
     const Equation& row = *pivots_[u];
     const int own = u % kFields, base = u - own;
-    std::array<double, kColumns> x = row.b;
+    std::array<double, kMaxColumns> x = row.b;
     for (int c = own + 1; c < kReach * kFields; ++c)
-      for (int s = 0; s < kColumns; ++s) x[s] -= row.a[c] * x_[base + c][s];
-    for (double& value : x) value /= row.a[own];
+      for (int s = 0; s < columns_; ++s) x[s] -= row.a[c] * x_[base + c][s];
+    for (int s = 0; s < columns_; ++s) x[s] /= row.a[own];
     x_[u] = x;
   }
-  return std::all_of(x_[0].begin(), x_[0].end(), [](double value) { return std::isfinite(value); });
+  return std::all_of(x_[0].begin(), x_[0].begin() + columns_, [](double value) { return std::isfinite(value); });
 }
 
 }  // namespace rod::pade

@@ -14,15 +14,15 @@ namespace rod::pade {
 /// Solves for 1 + tcas right-hand sides at once: the residual, and the columns of the tensions.
 class FrontalSolver {
  public:
-  static constexpr int kColumns = 1 + kTcaDim;
+  static constexpr int kMaxColumns = 1 + static_cast<int>(kMaxTcas);
 
   /// One equation: coefficients of the unknowns of `reach` points from its first point on, then its right-hand sides.
   struct Equation {
     std::array<double, kReach * kFields> a;
-    std::array<double, kColumns> b;
+    std::array<double, kMaxColumns> b;
   };
 
-  void resize(int points);
+  void resize(int points, int tcas);
 
   /// Starts a new system.
   void clear();
@@ -39,11 +39,11 @@ class FrontalSolver {
  private:
   static constexpr int kMaxFrontRows = 3 * kFields;  // rows with coefficients at one point
 
-  int points_ = 0;
+  int points_ = 0, columns_ = 0;
   std::vector<Equation> equations_;
   std::vector<Equation*> pivots_;  // row of the triangle for each unknown
   std::vector<int> start_, used_;  // index of the first equation of each point; number of them
-  std::vector<std::array<double, kColumns>> x_;
+  std::vector<std::array<double, kMaxColumns>> x_;
 };
 
 }  // namespace rod::pade

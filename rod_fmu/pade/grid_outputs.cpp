@@ -56,13 +56,30 @@ void GridRod::outputs(const Loads& loads, const ConstGridState& state, Outputs& 
   }
   y.energy_dissipated = state.dissipated();
   const pade::TcaVector delta = displacements(state);
-  for (int i = 0; i < pade::kTcaDim; ++i) {
+  for (int i = 0; i < tcas_; ++i) {
     const double acting = closure_ == Closure::inside ? delta[i] : loads.delta_guess[i];
     y.delta[i] = delta[i];
     y.delta_rate[i] = state.delta_rate()[i];
-    y.N[i] = law_.tension(acting, loads.T[i]).value;
-    y.energy_tca += law_.energy(acting, loads.T[i]);
+    y.N[i] = laws_[i].tension(acting, loads.T[i]).value;
+    y.energy_tca += laws_[i].energy(acting, loads.T[i]);
   }
+}
+
+void GridRod::clamp_reaction(const Loads& loads, const ConstGridState& state, Outputs& y) const {
+  const Vector6 stiffness = Eigen::Map<const Vector6>(section_.stiffness.data());
+  const Vector6 reference = Eigen::Map<const Vector6>(section_.reference.data());
+  Vector6 wrench = stiffness.cwiseProduct(state.strain(0) - reference);
+  const pade::TcaVector delta = displacements(state);
+  const Vector3 kappa = state.strain(0).head<3>(), lambda = state.strain(0).tail<3>();
+  for (int i = 0; i < tcas_; ++i) {
+    const double acting = closure_ == Closure::inside ? delta[i] : loads.delta_guess[i];
+    const double N = laws_[i].tension(acting, loads.T[i]).value;
+    const Vector3 u = lambda + kappa.cross(r_[0][i]) + r_slope_[0][i];
+    wrench.head<3>() += N * r_[0][i].cross(u.normalized());
+    wrench.tail<3>() += N * u.normalized();
+  }
+  y.base_moment = triple(-wrench.head<3>());
+  y.base_force = triple(-wrench.tail<3>());
 }
 
 }  // namespace rod

@@ -9,7 +9,6 @@
 
 namespace rod {
 
-using pade::kTcaDim;
 using pade::TcaVector;
 using pade::Vector3;
 using pade::Vector6;
@@ -35,7 +34,7 @@ struct GridRod::StepEquations {
   double length, force;           // units [m, N]
   bool inside;
   TcaVector delta_guess, reference_length;
-  std::array<double, kTcas> T;
+  PerTca<double> T;
   TcaVector N_before;  // tensions and tip load of the step before, minus those of this step at its start
   Vector3 moment_before, force_before;
   double withheld;                // share of this jump that is not applied
@@ -45,28 +44,32 @@ struct GridRod::StepEquations {
 
 GridRod::GridRod(const Parameters& p, const Section& section, int points)
     : points_(points),
-      length_(p.body_length),
-      spacing_(p.body_length / (points - 1)),
+      tcas_(static_cast<int>(p.tcas)),
+      length_(p.length()),
+      spacing_(p.length() / (points - 1)),
       section_(section),
-      law_(p),
       closure_(p.closure),
       weight_(points),
       r_(points),
       r_slope_(points) {
+  for (std::size_t i = 0; i < p.tcas; ++i) laws_.emplace_back(p, i);
   const double EI = std::min(section.stiffness[0], section.stiffness[1]);
   period_ = length_ * length_ * std::sqrt(section.mass / EI);
   for (int k = 0; k + 1 < points; ++k) {
     const pade::IntervalRule part = pade::interval_rule(k, points);
     for (int j = 0; j < pade::kReach; ++j) weight_[part.first + j] += spacing_ * part.weight[j];
   }
-  reference_length_.setZero();
+  reference_length_.setZero(tcas_);
   const Vector6 reference = Eigen::Map<const Vector6>(section.reference.data());
   for (int k = 0; k < points; ++k)
-    for (int i = 0; i < kTcaDim; ++i) {
-      const double angle = p.tca_azimuth[i] + p.tca_helix[i] * spacing_ * k;
+    for (int i = 0; i < tcas_; ++i) {
+      const Tca& tca = p.tca[i];
+      const double angle = tca.azimuth + tca.helix * spacing_ * k;
+      const double gradient = (tca.offset_end - tca.offset) / length_;
+      const double distance = tca.offset + gradient * spacing_ * k;
       const Vector3 direction{std::cos(angle), std::sin(angle), 0.0};
-      r_[k][i] = p.tca_offset * direction;
-      r_slope_[k][i] = p.tca_helix[i] * p.tca_offset * Vector3{-direction[1], direction[0], 0.0};
+      r_[k][i] = distance * direction;
+      r_slope_[k][i] = tca.helix * distance * Vector3{-direction[1], direction[0], 0.0} + gradient * direction;
       const Vector3 kappa = reference.head<3>(), lambda = reference.tail<3>();
       reference_length_[i] += weight_[k] * (lambda + kappa.cross(r_[k][i]) + r_slope_[k][i]).norm();
     }
@@ -79,8 +82,8 @@ GridScratch GridRod::scratch() const {
   s.change.resize(points_);
   s.accepted.resize(points_);
   s.node_equations.resize(points_);
-  s.solver.resize(points_);
-  s.backup.resize(GridState::size(points_));
+  s.solver.resize(points_, tcas_);
+  s.backup.resize(GridState::size(points_, tcas_));
   for (int k = 0; k < points_; ++k) s.rows.push_back(pade::compact_row(k, points_));
   return s;
 }
@@ -95,7 +98,7 @@ void GridRod::set_unloaded(const GridState& state) const {
 void GridRod::fit_stretch(const GridState& state) const {
   for (int k = 0; k < points_; ++k) {
     const Vector3 kappa = state.strain(k).head<3>(), lambda = state.strain(k).tail<3>();
-    for (int i = 0; i < kTcaDim; ++i) state.stretch(k)[i] = (lambda + kappa.cross(r_[k][i]) + r_slope_[k][i]).norm();
+    for (int i = 0; i < tcas_; ++i) state.stretch(k)[i] = (lambda + kappa.cross(r_[k][i]) + r_slope_[k][i]).norm();
   }
 }
 
@@ -138,6 +141,7 @@ GridRod::StepEquations GridRod::step_equations(const Loads& loads, double h, con
                                                GridScratch& scratch) const {
   const double L = length_, F = section_.stiffness[5];
   StepEquations s;
+  for (TcaVector* each : {&s.delta_guess, &s.N_before, &s.N, &s.N_slope}) each->setZero(tcas_);
   s.length = L;
   s.force = F;
   s.inside = closure_ == Closure::inside;
@@ -152,11 +156,11 @@ GridRod::StepEquations GridRod::step_equations(const Loads& loads, double h, con
     s.row_scale[c] = 1.0 / (s.section.stiffness[c] + s.section.damping[c] + s.section.inertia[c] / (points_ - 1));
   }
   s.section.mass = section_.mass * L / F;
-  for (int i = 0; i < kTcaDim; ++i) s.delta_guess[i] = loads.delta_guess[i];
+  for (int i = 0; i < tcas_; ++i) s.delta_guess[i] = loads.delta_guess[i];
   s.reference_length = reference_length_ / L;
   s.delta = s.delta_before = displacements(state) / L;
-  for (int i = 0; i < kTcaDim; ++i) {
-    const double immediate = law_.tension(s.inside ? L * s.delta[i] : s.delta_guess[i], s.T[i]).value;
+  for (int i = 0; i < tcas_; ++i) {
+    const double immediate = laws_[i].tension(s.inside ? L * s.delta[i] : s.delta_guess[i], s.T[i]).value;
     s.N_before[i] = (state.tension()[i] - immediate) / F;
   }
 
@@ -168,7 +172,7 @@ GridRod::StepEquations GridRod::step_equations(const Loads& loads, double h, con
         h / L * state.velocity(k).tail<3>();
     b.gravity = back * three(loads.gravity);
     b.stretch = state.stretch(k);
-    for (int i = 0; i < kTcaDim; ++i) b.r[i] = r_[k][i] / L, b.r_slope[i] = r_slope_[k][i];
+    for (int i = 0; i < tcas_; ++i) b.r[i] = r_[k][i] / L, b.r_slope[i] = r_slope_[k][i];
     scratch.z[k] = b.z;
     if (k + 1 == points_) {
       s.tip_moment = back * three(loads.tip_moment) / (F * L);
@@ -189,13 +193,13 @@ struct Residual {
 
 /// Evaluates all points at (z, s.delta) and writes their equations to the solver.
 template <class StepEquations>
-Residual assemble(StepEquations& s, const TcaLaw& law, const std::vector<double>& weight,
+Residual assemble(StepEquations& s, const std::vector<TcaLaw>& laws, const std::vector<double>& weight,
                   const std::vector<pade::NodeVector>& z, GridScratch& scratch) {
   ++scratch.evaluations;
-  const int n = static_cast<int>(z.size());
+  const int n = static_cast<int>(z.size()), tcas = static_cast<int>(laws.size());
   const double spacing = 1.0 / (n - 1);
-  for (int i = 0; i < kTcaDim; ++i) {
-    const Tension tension = law.tension(s.inside ? s.length * s.delta[i] : s.delta_guess[i], s.T[i]);
+  for (int i = 0; i < tcas; ++i) {
+    const Tension tension = laws[i].tension(s.inside ? s.length * s.delta[i] : s.delta_guess[i], s.T[i]);
     s.N[i] = tension.value / s.force + s.withheld * s.N_before[i];
     s.N_slope[i] = s.inside ? tension.per_delta * s.length / s.force : 0.0;
   }
@@ -212,7 +216,7 @@ Residual assemble(StepEquations& s, const TcaLaw& law, const std::vector<double>
   scratch.solver.clear();
   Vector6 value;
   Eigen::Matrix<double, 6, pade::kReach * pade::kFields> slope;
-  pade::Matrix6xTca slope_N;
+  pade::Matrix6xTca slope_N(6, tcas);
   const auto write = [&](int first, const Vector6& scale) {
     value.array() *= scale.array();
     residual.size += value.squaredNorm();
@@ -220,7 +224,7 @@ Residual assemble(StepEquations& s, const TcaLaw& law, const std::vector<double>
       pade::FrontalSolver::Equation& e = scratch.solver.add(first);
       for (int j = 0; j < pade::kReach * pade::kFields; ++j) e.a[j] = scale[c] * slope(c, j);
       e.b[0] = value[c];
-      for (int i = 0; i < kTcaDim; ++i) e.b[1 + i] = scale[c] * slope_N(c, i) * s.N_slope[i];
+      for (int i = 0; i < tcas; ++i) e.b[1 + i] = scale[c] * slope_N(c, i) * s.N_slope[i];
     }
   };
   const auto clear = [&] { value.setZero(), slope.setZero(), slope_N.setZero(); };
@@ -274,14 +278,16 @@ Residual assemble(StepEquations& s, const TcaLaw& law, const std::vector<double>
 template <class StepEquations>
 TcaVector border(const StepEquations& s, const std::vector<double>& weight, const Residual& residual,
                  const GridScratch& scratch) {
-  Eigen::Matrix<double, kTcaDim, kTcaDim> S = Eigen::Matrix<double, kTcaDim, kTcaDim>::Identity();
+  using TcaMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxTcas, kMaxTcas>;
+  const int tcas = static_cast<int>(residual.closure.size());
+  TcaMatrix S = TcaMatrix::Identity(tcas, tcas);
   TcaVector rhs = residual.closure;
   const int n = static_cast<int>(weight.size());
   for (int k = 0; k < n; ++k)
     for (int j = 0; j < 6; ++j) {
       const TcaVector slope = weight[k] / s.length * scratch.node_equations[k].stretch_xi.row(j).transpose();
       rhs += slope * scratch.solver(k, j, 0);
-      for (int i = 0; i < kTcaDim; ++i) S.col(i) += slope * scratch.solver(k, j, 1 + i);
+      for (int i = 0; i < tcas; ++i) S.col(i) += slope * scratch.solver(k, j, 1 + i);
     }
   return S.partialPivLu().solve(rhs);
 }
@@ -291,7 +297,7 @@ TcaVector border(const StepEquations& s, const std::vector<double>& weight, cons
 /// From (scratch.z, s.delta) to the solution, with a share of the step's jump in load withheld.
 bool GridRod::newton(StepEquations& s, double withheld, GridScratch& scratch) const {
   s.withheld = withheld;
-  Residual residual = assemble(s, law_, weight_, scratch.z, scratch);
+  Residual residual = assemble(s, laws_, weight_, scratch.z, scratch);
   for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
     if (!std::isfinite(residual.size) || !scratch.solver.solve()) return false;
     const TcaVector d = border(s, weight_, residual, scratch);
@@ -300,7 +306,7 @@ bool GridRod::newton(StepEquations& s, double withheld, GridScratch& scratch) co
       for (int j = 0; j < pade::kFields; ++j) {
         double& change = scratch.change[k][j];
         change = scratch.solver(k, j, 0);
-        for (int i = 0; i < kTcaDim; ++i) change -= scratch.solver(k, j, 1 + i) * d[i];
+        for (int i = 0; i < tcas_; ++i) change -= scratch.solver(k, j, 1 + i) * d[i];
         correction = std::max(correction, std::abs(change));
       }
     if (!std::isfinite(correction)) return false;
@@ -313,7 +319,7 @@ bool GridRod::newton(StepEquations& s, double withheld, GridScratch& scratch) co
       s.delta -= (damping - applied) * d;
       applied = damping;
       if (correction <= kNewtonTolerance) return true;
-      residual = assemble(s, law_, weight_, scratch.z, scratch);
+      residual = assemble(s, laws_, weight_, scratch.z, scratch);
       if (residual.size <= (1.0 - 1e-4 * damping) * size || correction <= kSafeCorrection) break;
     }
   }

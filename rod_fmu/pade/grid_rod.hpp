@@ -21,6 +21,7 @@
 
 #include "integration/integrator.hpp"
 #include "mechanics/rod.hpp"
+#include "physics/section.hpp"
 #include "pade/frontal_solver.hpp"
 #include "pade/grid_state.hpp"
 
@@ -45,6 +46,7 @@ class GridRod {
   GridRod(const Parameters& p, const Section& section, int points);
 
   int points() const { return points_; }
+  int tcas() const { return tcas_; }
   GridScratch scratch() const;
 
   /// Sets the state to the unloaded rod at rest.
@@ -55,6 +57,9 @@ class GridRod {
   /// One step of length h [s], halved where Newton's method fails. Order 1 in time, 4 along the rod.
   StepOutcome step(const Inputs& u, double h, const GridState& state, GridScratch& scratch) const;
   void outputs(const Loads& loads, const ConstGridState& state, Outputs& y) const;
+  /// Writes force and moment of the clamp on the rod, from the strain at the clamp; damping, which needs the rate of the
+  /// strain, is left out.
+  void clamp_reaction(const Loads& loads, const ConstGridState& state, Outputs& y) const;
 
  private:
   struct StepEquations;
@@ -68,13 +73,13 @@ class GridRod {
   void accept(const StepEquations& step_equations, const Loads& loads, double h, const GridState& state,
               GridScratch& scratch) const;
 
-  int points_ = 0;
+  int points_ = 0, tcas_ = 0;
   double length_ = 0.0, spacing_ = 0.0;
   Section section_;
-  TcaLaw law_;
+  std::vector<TcaLaw> laws_;
   Closure closure_ = Closure::inside;
   std::vector<double> weight_;                                 // of the integral over s [m]
-  std::vector<std::array<pade::Vector3, kTcas>> r_, r_slope_;  // routing and its derivative [m, 1]
+  std::vector<std::array<pade::Vector3, kMaxTcas>> r_, r_slope_;  // routing and its derivative [m, 1]
   pade::TcaVector reference_length_;                           // m
   double period_ = 0.0;                                        // time scale of the first bending mode [s]
 };

@@ -29,7 +29,7 @@ namespace {
 void add_actuators(const PreviousNode& before, const NodeVector& z, const TcaVector& N, NodeEquations& out) {
   const Vector3 kappa = z.segment<3>(0), lambda = z.segment<3>(3);
   const Vector3 kappa_before = before.z.segment<3>(0), lambda_before = before.z.segment<3>(3);
-  for (int i = 0; i < kTcaDim; ++i) {
+  for (int i = 0; i < static_cast<int>(N.size()); ++i) {
     const Vector3& r = before.r[i];
     const Vector3 u = lambda + kappa.cross(r) + before.r_slope[i];
     const Vector3 change = u - (lambda_before + kappa_before.cross(r) + before.r_slope[i]);
@@ -52,6 +52,7 @@ void node_equations(const ScaledSection& section, const PreviousNode& before, co
                     NodeEquations& out) {
   const Vector3 kappa = z.segment<3>(0), lambda = z.segment<3>(3), w = z.segment<3>(6), v = z.segment<3>(9);
   const NodeVector change = z - before.z;
+  out.resize(static_cast<int>(N.size()));
   const Eigen::Matrix3d K = hat(kappa), Lambda = hat(lambda), Omega = hat(w);
 
   // Compatibility (Eq. 21).

@@ -14,15 +14,15 @@
 
 namespace rod::pade {
 
-inline constexpr int kTcaDim = static_cast<int>(kTcas);
 inline constexpr int kFields = 12;  // xi, eta
 
 using Vector3 = Eigen::Vector3d;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 using NodeVector = Eigen::Matrix<double, kFields, 1>;
 using Matrix6xNode = Eigen::Matrix<double, 6, kFields>;
-using Matrix6xTca = Eigen::Matrix<double, 6, kTcaDim>;
-using TcaVector = Eigen::Matrix<double, kTcaDim, 1>;
+// One column, or one number, per TCA.
+using Matrix6xTca = Eigen::Matrix<double, 6, Eigen::Dynamic, 0, 6, kMaxTcas>;
+using TcaVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxTcas, 1>;
 
 Eigen::Matrix3d hat(const Vector3& a);
 
@@ -45,7 +45,7 @@ struct PreviousNode {
   NodeVector z;
   Vector3 gravity;  // in the body frame
   TcaVector stretch;
-  std::array<Vector3, kTcas> r, r_slope;  // routing and its derivative
+  std::array<Vector3, kMaxTcas> r, r_slope;  // routing and its derivative
 };
 
 /// Values of the equations at a point, and their derivatives in z = [xi; eta] and in the tensions.
@@ -55,6 +55,12 @@ struct NodeEquations {
   Matrix6xTca W_N, W_slope_N;
   TcaVector stretch;       // eps'_i
   Matrix6xTca stretch_xi;  // its derivative in xi, by column
+
+  /// Makes room for this number of TCAs.
+  void resize(int tcas) {
+    W_N.resize(6, tcas), W_slope_N.resize(6, tcas), stretch_xi.resize(6, tcas);
+    stretch.resize(tcas);
+  }
 };
 
 void node_equations(const ScaledSection& section, const PreviousNode& before, const NodeVector& z, const TcaVector& N,

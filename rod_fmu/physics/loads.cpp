@@ -8,22 +8,19 @@ namespace {
 template <class Evaluate>
 Loads collect(const Inputs& u, Evaluate at) {
   const auto triad = [&at](const std::array<Polynomial, 3>& p) { return Vec3{at(p[0]), at(p[1]), at(p[2])}; };
-  Loads loads{.gravity = triad(u.gravity), .tip_force = triad(u.tip_force), .tip_moment = triad(u.tip_moment)};
-  for (std::size_t i = 0; i < kTcas; ++i) {
+  Loads loads{{.gravity = triad(u.gravity), .tip_force = triad(u.tip_force), .tip_moment = triad(u.tip_moment)}};
+  for (std::size_t i = 0; i < u.tcas; ++i) {
     loads.T[i] = at(u.T[i]);
     loads.delta_guess[i] = at(u.delta_guess[i]);
   }
+  for (std::size_t m = 0; m < u.stations; ++m) loads.load[m] = triad(u.load[m]);
   return loads;
 }
 
 }  // namespace
 
-Loads Loads::seen_from(const Frame& frame) const {
-  Loads legendre_integral = *this;
-  legendre_integral.gravity = frame.to_frame(gravity);
-  legendre_integral.tip_force = frame.to_frame(tip_force);
-  legendre_integral.tip_moment = frame.to_frame(tip_moment);
-  return legendre_integral;
+BodyLoads Loads::seen_from(const Frame& frame) const {
+  return {frame.to_frame(gravity), frame.to_frame(tip_force), frame.to_frame(tip_moment)};
 }
 
 Loads loads_at(const Inputs& u, double elapsed) {

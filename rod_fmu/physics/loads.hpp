@@ -1,4 +1,5 @@
-// Loads of a rod at one time: weight, tip wrench, temperatures of the TCAs and displacements given to them.
+// Loads of a rod at one time: weight, tip wrench, force along the rod, temperatures of the TCAs and displacements given
+// to them.
 #pragma once
 
 #include "numerics/vectors.hpp"
@@ -7,18 +8,24 @@
 
 namespace rod {
 
-struct Loads {
-  Vec3 gravity;                  // m/s2
-  Vec3 tip_force;                // N, fixed frame
-  Vec3 tip_moment;               // N m, fixed frame
-  PerTca<double> T{};            // K
-  PerTca<double> delta_guess{};  // m
-
-  /// The same with vectors in the axes of this frame.
-  Loads seen_from(const Frame& frame) const;
+/// Weight and tip wrench in the axes of some frame.
+struct BodyLoads {
+  Vec3 gravity;     // m/s2
+  Vec3 tip_force;   // N
+  Vec3 tip_moment;  // N m
 };
 
-inline constexpr std::size_t kLoadCount = 9 + 2 * kTcas;
+/// Vectors are in the fixed frame.
+struct Loads : BodyLoads {
+  PerTca<double> T{};            // K
+  PerTca<double> delta_guess{};  // m
+  std::array<Vec3, kShapeStations> load{};  // force per length at the stations [N/m]
+
+  /// Weight and tip wrench in the axes of this frame.
+  BodyLoads seen_from(const Frame& frame) const;
+};
+
+inline constexpr std::size_t kLoadCount = 9 + 2 * kMaxTcas + 3 * kShapeStations;
 static_assert(sizeof(Loads) == kLoadCount * sizeof(double));
 
 /// Inputs, and their time derivatives, `elapsed` [s] after the start of the step.

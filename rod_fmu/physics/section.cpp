@@ -5,18 +5,18 @@
 
 namespace rod {
 
-Section Section::of(const Parameters& p) {
-  const double area = std::numbers::pi * p.body_radius * p.body_radius;
-  const double second_moment = area * p.body_radius * p.body_radius / 4.0;
-  const double G = p.body_E / (2.0 * (1.0 + p.body_nu));
-  const double EI = p.body_E * second_moment, GJ = 2.0 * G * second_moment;
-  const double EA = p.body_E * area, GA = p.body_shear_factor * G * area;
-  const double rotary = p.body_rho * second_moment;
+Section Section::of(const Segment& segment, Profile profile, double radius) {
+  const double area = std::numbers::pi * radius * radius;
+  const double second_moment = area * radius * radius / 4.0;
+  const double G = segment.E / (2.0 * (1.0 + segment.nu));
+  const double EI = segment.E * second_moment, GJ = 2.0 * G * second_moment;
+  const double EA = segment.E * area, GA = segment.shear_factor * G * area;
+  const double rotary = segment.rho * second_moment;
   const std::array<double, 6> solid{EI, EI, GJ, GA, GA, EA};
-  const Triple& curvature = p.body_curvature;
-  return {.stiffness = p.body_profile == Profile::round ? solid : p.body_stiffness,
-          .retardation = p.body_retardation,
-          .mass = p.body_rho * area,
+  const Triple& curvature = segment.curvature;
+  return {.stiffness = profile == Profile::round ? solid : segment.stiffness,
+          .retardation = segment.retardation,
+          .mass = segment.rho * area,
           .inertia = {rotary, rotary, 2.0 * rotary},
           .reference = {curvature[0], curvature[1], curvature[2], 0.0, 0.0, 1.0}};
 }
@@ -27,8 +27,8 @@ Section Section::seen_from(const Frame& frame) const {
     const double c2 = frame.cosine * frame.cosine, s2 = frame.sine * frame.sine;
     out.stiffness[first] = c2 * stiffness[first] + s2 * stiffness[first + 1];
     out.stiffness[first + 1] = s2 * stiffness[first] + c2 * stiffness[first + 1];
-    const Vec3 legendre_integral = frame.to_frame(Vec3{reference[first], reference[first + 1], reference[first + 2]});
-    out.reference[first] = legendre_integral.x, out.reference[first + 1] = legendre_integral.y;
+    const Vec3 turned = frame.to_frame(Vec3{reference[first], reference[first + 1], reference[first + 2]});
+    out.reference[first] = turned.x, out.reference[first + 1] = turned.y;
   }
   return out;
 }

@@ -20,7 +20,10 @@ struct Section {
   Vec3 inertia;                                       // kg m, rotary inertia per length
   std::array<double, 6> reference{0, 0, 0, 0, 0, 1};  // xi*, 1/m and 1
 
-  static Section of(const Parameters& p);
+  /// The section of a segment where the body has this radius [m].
+  static Section of(const Segment& segment, Profile profile, double radius);
+  /// The section of a body of one segment, at the clamp.
+  static Section of(const Parameters& p) { return of(p.segment[0], p.profile, p.segment[0].radius); }
   /// The same section with components in this frame.
   Section seen_from(const Frame& frame) const;
 };

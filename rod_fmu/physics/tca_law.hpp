@@ -7,7 +7,12 @@
 // with the wire's length l [m], diameter d [m] and number of coils n, pitch angle a, and chirality chi (+1: extends
 // when heated). From Castigliano's theorem; the paper's f2 misses a factor of 2 (8 for 16). The free stroke is f2 tau =
 // R cos a phi0 (1 - d0/d). The pitch angle stays at its reference value (pitch = frozen), or follows the displacement,
-// delta = l (sin a - sin a0) (pitch = current), which makes the law nonlinear.
+// delta = l (sin a - sin a0) (pitch = current), which makes the law nonlinear. L is the length of the TCA's span.
+//
+// A measured TCA (law = measured) has, with dT = T - T_0 and x = delta - chi (c1 dT + c2 dT^2),
+//   N = k1 x + k2 x^2 - k_s w h((stop - delta)/w)
+// where h(u) is 0 below u = -1, u above 1 and twice differentiable between: the coils touch at delta = stop, where the
+// contact sets in over the width w. All of it derives from a potential.
 #pragma once
 
 #include "physics/data.hpp"
@@ -19,10 +24,22 @@ struct Tension {
   double value, per_delta, per_T;
 };
 
+/// Tension [N] and torque [N m] of a TCA whose ends do not turn, and their derivatives in displacement, rotation of the
+/// ends about the TCA [rad] and temperature.
+struct TetheredForce {
+  double N = 0.0, Q = 0.0;
+  double N_delta = 0.0, N_phi = 0.0, Q_phi = 0.0;  // the stiffness is symmetric
+  double N_T = 0.0, Q_T = 0.0;
+};
+
 class TcaLaw {
  public:
   TcaLaw() = default;
-  explicit TcaLaw(const Parameters& p);
+  /// Law of a TCA whose span in the straight body is this long [m]; T_0 is the temperature of zero stroke [K].
+  TcaLaw(const Tca& tca, double span, double T_0);
+  /// Law of TCA i of a body.
+  TcaLaw(const Parameters& p, std::size_t i) : TcaLaw(p.tca[i], p.span_of(i), p.T_0) {}
+
 
   /// Tension at displacement delta [m] and temperature T [K]; NaN where delta exceeds what the wire's length allows.
   Tension tension(double delta, double T) const;
@@ -30,6 +47,13 @@ class TcaLaw {
   double free_stroke(double T) const;
   /// Potential of the tension at displacement delta [m] and temperature T [K], N^2/(2 k) for the linear law [J].
   double energy(double delta, double T) const;
+  /// Tension and torque of a TCA whose ends the body holds: with both end loads in Castigliano's theorem
+  ///   delta = f1 N + c Q + chi f2 tau,   h phi = c N + f3 Q + chi l sin a/(G J) tau,
+  ///   c = l R sin a cos a (1/(G J) - 1/(E I)),   f3 = l (sin^2 a/(G J) + cos^2 a/(E I)),
+  /// with the handedness h of the coil and the rotation phi [rad] of its ends about the TCA. Wire law, frozen pitch.
+  TetheredForce tethered(double delta, double phi, double T) const;
+  /// Potential of both [J].
+  double tethered_energy(double delta, double phi, double T) const;
   /// 1/f1 at the reference pitch [N/m].
   double stiffness() const { return stiffness_; }
 
@@ -40,16 +64,23 @@ class TcaLaw {
   };
   Coil coil(double x) const;
   double stroke_slope(double T) const;
+  Tension measured_tension(double delta, double T) const;
+  double measured_energy(double delta, double T) const;
 
   Law law_ = Law::wire;
   Pitch pitch_ = Pitch::frozen;
   double stiffness_ = 0.0;
   double gain_ = 0.0;       // wire: chi R cos(a0) phi0 [m]; measured: chi stroke [m/K]
   double expansion_ = 0.0;  // rho_T [1/K]
+  double stiffening_ = 0.0, gain_slope_ = 0.0;                           // k2 [N/m2], chi c2 [m/K2]
+  double stop_ = 0.0, stop_width_ = 1.0, stop_stiffness_ = 0.0;          // m, m, N/m
   double T_0_ = 0.0;
   double wire_ = 0.0, sin_a0_ = 0.0;  // wire length l [m], sine of the reference pitch angle
   // Terms of f1 without their powers of sin a and cos a [m/N]: l (R/cos a)^2/(G J), l (R/cos a)^2/(E I), l/(E A), l/(G
   // A)
+  double handedness_ = 1.0;
+  double coupling_ = 0.0, twist_compliance_ = 0.0;  // c [1/N], f3 [1/(N m)]
+  double free_twist_ = 0.0;                         // free rotation over free stroke, tan a/R [rad/m]
   double torsion_ = 0.0, bending_ = 0.0, axial_ = 0.0, shear_ = 0.0;
 };
 

@@ -36,7 +36,7 @@ void kernels() {
   for (int row = 0; row < 2 * kMaxTerms; ++row) {
     Parameters p;
     p.planar = row >= kMaxTerms;
-    p.order = row % kMaxTerms;
+    p.set(&Segment::order, row % kMaxTerms);
     Bench bench(p);
     const int n = bench.rod.unknowns();
     const RandomState x(n, 1);
@@ -55,7 +55,7 @@ void kernels() {
       bench.state.q.setZero();
       bench.solve_equilibrium();
     });
-    std::printf("%6d %5d %8d %9.2f %8.2f %7.2f %12.2f %13.2f\n", p.planar, p.order, n, t_residual, t_tangent, t_factor,
+    std::printf("%6d %5d %8d %9.2f %8.2f %7.2f %12.2f %13.2f\n", p.planar, p.segment[0].order, n, t_residual, t_tangent, t_factor,
                 t_newton, t_static);
   }
 }
@@ -64,10 +64,10 @@ void grid() {
   std::printf("\npade_euler, damped release at 1 ms: points  one step  per point [us]\n");
   for (int points : {11, 21, 41, 81, 161}) {
     Parameters p = bare_rod();
-    p.body_retardation = 5e-3;
+    p.set(&Segment::retardation, 5e-3);
     const GridRod rod(p, Section::of(p), points);
-    std::vector<double> memory(GridState::size(points));
-    GridState state(memory.data(), points);
+    std::vector<double> memory(GridState::size(points, rod.tcas()));
+    GridState state(memory.data(), points, rod.tcas());
     GridScratch scratch = rod.scratch();
     rod.set_unloaded(state);
     Inputs inputs;
@@ -93,8 +93,8 @@ void release() {
         Parameters p = bare_rod();
         const int damped = kind / 2;
         p.planar = kind % 2;
-        p.order = order;
-        p.body_retardation = damped ? 5e-3 : 0.0;
+        p.set(&Segment::order, order);
+        p.set(&Segment::retardation, damped ? 5e-3 : 0.0);
         double error[5], best = 1e9;
         for (int repeat = 0; repeat < 5; ++repeat) {
           Bench bench(p);
@@ -123,7 +123,7 @@ void space() {
   const auto rows = rod_test::read_csv("rod_static.csv");
   const auto solve = [&rows](int order, std::size_t row) {
     Parameters p;
-    p.order = order;
+    p.set(&Segment::order, order);
     Bench bench(p);
     for (int c = 0; c < 3; ++c) bench.inputs.gravity[c][0] = rows[row][1 + c];
     for (int i = 0; i < 3; ++i) bench.inputs.T[i][0] = rows[row][4 + i] + 273.15;
@@ -149,8 +149,8 @@ void time() {
   std::puts("# time: damped release, tip at 0.1 s against a run at tolerance 1e-11");
   std::puts("method,step_s,error_m");
   Parameters p = bare_rod();
-  p.order = 3;
-  p.body_retardation = 5e-3;
+  p.set(&Segment::order, 3);
+  p.set(&Segment::retardation, 5e-3);
   const auto tip = [&p](auto step, int steps) {
     Bench bench(p);
     bench.inputs.gravity[0][0] = 9.81;

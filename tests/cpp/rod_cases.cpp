@@ -35,7 +35,7 @@ double nearest(const Eigen::VectorXd& values, double wanted) {
 
 TEST(RodCases, FrequenciesOfTheBareRod) {
   Parameters p = bare_rod();
-  p.order = 7;
+  p.set(&Segment::order, 7);
   Bench bench(p);
   const Eigen::VectorXd computed = frequencies(bench);
   for (double known : {5.0149, 26.471, 62.150, 37.1479, 21.4473})  // Timoshenko bending 1 to 3, axial, torsion
@@ -45,7 +45,7 @@ TEST(RodCases, FrequenciesOfTheBareRod) {
 TEST(RodCases, ColdActuatorsStiffenTheFirstMode) {
   const auto first = [](int order) {
     Parameters p;
-    p.order = order;
+    p.set(&Segment::order, order);
     Bench bench(p);
     return frequencies(bench)[0];
   };
@@ -54,21 +54,21 @@ TEST(RodCases, ColdActuatorsStiffenTheFirstMode) {
   const Parameters p;
   const Section section = Section::of(p);
   const auto slender = [&](double EI) {
-    return 3.516 * std::sqrt(EI / section.mass) / (p.body_length * p.body_length) / (2 * M_PI);
+    return 3.516 * std::sqrt(EI / section.mass) / (p.length() * p.length()) / (2 * M_PI);
   };
   const double EI = section.stiffness[0];
   EXPECT_GT(first(7), 1.1 * slender(EI));
-  EXPECT_LT(first(7), slender(EI + 1.5 * TcaLaw(p).stiffness() * p.body_length * p.tca_offset * p.tca_offset));
+  EXPECT_LT(first(7), slender(EI + 1.5 * TcaLaw(p, 0).stiffness() * p.length() * p.tca[0].offset * p.tca[0].offset));
 }
 
 TEST(RodCases, UprightRodBucklesUnderItsOwnWeightAtTheKnownLoad) {
   Parameters p = bare_rod();
-  p.strains = Strains::bending;
-  p.order = 5;
+  p.set(&Segment::strains, Strains::bending);
+  p.set(&Segment::order, 5);
   const Section section = Section::of(p);
   const auto softest = [&](double load) {
     Bench bench(p);
-    bench.inputs.gravity[2][0] = -load * section.stiffness[0] / (section.mass * std::pow(p.body_length, 3));
+    bench.inputs.gravity[2][0] = -load * section.stiffness[0] / (section.mass * std::pow(p.length(), 3));
     bench.outputs();
     Matrix K;
     bench.rod.tangent(bench.scratch.newton.work, {.q = 1.0}, K);
@@ -84,11 +84,11 @@ TEST(RodCases, BentCantileverOf45Degrees) {
   constexpr double known[3][4] = {
       {300, 58.7789, 22.2447, 40.1924}, {450, 52.2383, 18.5081, 48.5035}, {600, 47.1501, 15.6847, 53.4755}};
   Parameters p = bare_rod();
-  p.body_length = 100.0 * M_PI / 4;
-  p.body_curvature = {0.0, 0.01, 0.0};
-  p.body_profile = Profile::given;
-  p.body_stiffness = {1e7 / 12, 1e7 / 12, 5e6 / 6, 5e6 * 5 / 6, 5e6 * 5 / 6, 1e7};
-  p.order = 7;
+  p.set(&Segment::length, 100.0 * M_PI / 4);
+  p.set(&Segment::curvature, {0.0, 0.01, 0.0});
+  p.profile = Profile::given;
+  p.set(&Segment::stiffness, {1e7 / 12, 1e7 / 12, 5e6 / 6, 5e6 * 5 / 6, 5e6 * 5 / 6, 1e7});
+  p.set(&Segment::order, 7);
   Bench bench(p);
   for (const auto& [load, x, y, z] : known) {
     bench.inputs.tip_force[1][0] = load;
@@ -103,7 +103,7 @@ TEST(RodCases, BentCantileverOf45Degrees) {
 TEST(RodCases, HelicalActuatorsTwistWithTheirHand) {
   for (double helix : {60.0, -60.0}) {
     Parameters p;
-    p.tca_helix.fill(helix);
+    p.set(&Tca::helix, helix);
     Bench bench(p);
     const double dT = 1e-3;
     for (auto& T : bench.inputs.T) T[0] += dT;
@@ -111,10 +111,10 @@ TEST(RodCases, HelicalActuatorsTwistWithTheirHand) {
     // N TCAs: W = 0 gives EA e = -N f/u, GJ kappa = -N f h r^2/u with f = k (L (e + h r^2 kappa)/u - s), u = sqrt(1 +
     // h^2 r^2).
     const Section section = Section::of(p);
-    const TcaLaw law(p);
-    const double k = law.stiffness(), s = law.free_stroke(p.T_0 + dT), L = p.body_length,
-                 lever = helix * p.tca_offset * p.tca_offset;
-    const double u2 = 1.0 + helix * helix * p.tca_offset * p.tca_offset, count = kTcas;
+    const TcaLaw law(p, 0);
+    const double k = law.stiffness(), s = law.free_stroke(p.T_0 + dT), L = p.length(),
+                 lever = helix * p.tca[0].offset * p.tca[0].offset;
+    const double u2 = 1.0 + helix * helix * p.tca[0].offset * p.tca[0].offset, count = kTcas;
     const double f =
         -k * s / (1.0 + count * k * L / u2 * (1.0 / section.stiffness[5] + lever * lever / section.stiffness[2]));
     const double twist = -count * f * lever / std::sqrt(u2) / section.stiffness[2];
@@ -126,7 +126,7 @@ TEST(RodCases, HelicalActuatorsTwistWithTheirHand) {
 TEST(RodCases, ContractionActuatorsBendTheOtherWay) {
   Parameters p;
   Bench extension(p);
-  p.tca_chirality = -1;
+  p.set(&Tca::chirality, -1);
   Bench contraction(p);
   for (Bench* bench : {&extension, &contraction}) {
     bench->inputs.T[0][0] += 20.0;
@@ -140,7 +140,7 @@ TEST(RodCases, TwistingOfTheRoutingTurnsTheAnswerOnly) {
   Parameters p;
   Bench plain(p);
   const double turn = 0.7;
-  for (double& azimuth : p.tca_azimuth) azimuth += turn;
+  for (Tca& tca : p.tca) tca.azimuth += turn;
   Bench turned(p);
   for (Bench* bench : {&plain, &turned}) {
     bench->inputs.T[0][0] += 30.0;
@@ -154,14 +154,14 @@ TEST(RodCases, TwistingOfTheRoutingTurnsTheAnswerOnly) {
 
 TEST(RodCases, DampingRateOfTheFirstMode) {
   Parameters p = bare_rod();
-  p.order = 3;
-  p.body_retardation = 1e-3;
+  p.set(&Segment::order, 3);
+  p.set(&Segment::retardation, 1e-3);
   Bench bench(p);
   const double omega = 2 * M_PI * frequencies(bench)[0];
   bench.inputs.tip_force[0][0] = 1e-6;
   ASSERT_TRUE(bench.solve_equilibrium());
   bench.inputs.tip_force[0][0] = 0.0;
-  const double period = 2 * M_PI / (omega * std::sqrt(1.0 - std::pow(0.5 * p.body_retardation * omega, 2)));
+  const double period = 2 * M_PI / (omega * std::sqrt(1.0 - std::pow(0.5 * p.segment[0].retardation * omega, 2)));
   const auto after_periods = [&](int count) {
     EXPECT_EQ(step_rosenbrock(bench.rod, bench.inputs, count * period, 1e-7, bench.state, bench.scratch).reached,
               count * period);
@@ -169,14 +169,14 @@ TEST(RodCases, DampingRateOfTheFirstMode) {
   };
   const double early = after_periods(2), late = after_periods(3);  // by then higher modes are gone
   const double rate = std::log(early / late) / (3 * period);
-  EXPECT_NEAR(rate, 0.5 * p.body_retardation * omega * omega, 0.01 * rate);
+  EXPECT_NEAR(rate, 0.5 * p.segment[0].retardation * omega * omega, 0.01 * rate);
 }
 
 TEST(RodCases, CurrentPitchIsTheFrozenLawForSmallDisplacements) {
   Parameters p;
-  const TcaLaw frozen(p);
-  p.tca_pitch = Pitch::current;
-  const TcaLaw current(p);
+  const TcaLaw frozen(p, 0);
+  p.set(&Tca::pitch, Pitch::current);
+  const TcaLaw current(p, 0);
   const double T = 340.0, e = 1e-6;
   EXPECT_EQ(current.stiffness(), frozen.stiffness());
   EXPECT_NEAR(current.tension(0.0, T).value, frozen.tension(0.0, T).value, 1e-12);

@@ -15,8 +15,8 @@ namespace {
 Bench released(double retardation) {
   Parameters p = bare_rod();
   p.planar = true;
-  p.order = 2;
-  p.body_retardation = retardation;
+  p.set(&Segment::order, 2);
+  p.set(&Segment::retardation, retardation);
   Bench bench(p);
   bench.inputs.gravity[0][0] = 9.81;
   return bench;
@@ -97,7 +97,7 @@ TEST(RodDenseOutput, MovedInputsMakeItVoid) {
 
 TEST(RodDenseOutput, RestStaysRest) {
   Parameters p;
-  p.body_retardation = 5e-3;
+  p.set(&Segment::retardation, 5e-3);
   Bench bench(p);
   bench.inputs.gravity[0][0] = 9.81;
   bench.inputs.T[0][0] = 330.0;

@@ -6,6 +6,7 @@
 
 #include "description/blueprint.hpp"
 #include "fmi2Functions.h"
+#include "mechanics/uniform_rod.hpp"
 #include "rod_support.hpp"
 
 using namespace rod;
@@ -36,9 +37,9 @@ struct Instance {
     const fmi2ValueReference retardation = reference("body.retardation"), order = reference("order"),
                              strains = reference("strains"), planar = reference("planar");
     const fmi2Boolean flat = p.planar;
-    const int kind = static_cast<int>(p.strains);
-    fmi2SetReal(fmu, &retardation, 1, &p.body_retardation);
-    fmi2SetInteger(fmu, &order, 1, &p.order);
+    const int kind = static_cast<int>(p.segment[0].strains);
+    fmi2SetReal(fmu, &retardation, 1, &p.segment[0].retardation);
+    fmi2SetInteger(fmu, &order, 1, &p.segment[0].order);
     fmi2SetInteger(fmu, &strains, 1, &kind);
     fmi2SetBoolean(fmu, &planar, 1, &flat);
     fmi2EnterInitializationMode(fmu);
@@ -52,8 +53,8 @@ struct Instance {
 class RodExchange : public testing::TestWithParam<std::tuple<Strains, int, bool>> {
  protected:
   RodExchange() {
-    std::tie(p.strains, p.order, p.planar) = GetParam();
-    p.body_retardation = 0.01;
+    std::tie(p.segment[0].strains, p.segment[0].order, p.planar) = GetParam();
+    p.set(&Segment::retardation, 0.01);
   }
   Parameters p;
 };
@@ -61,7 +62,7 @@ class RodExchange : public testing::TestWithParam<std::tuple<Strains, int, bool>
 }  // namespace
 
 TEST_P(RodExchange, RatesAndTheirDerivativesAreExact) {
-  const Rod rod(p);
+  const UniformRod rod(p);
   const int n = rod.unknowns();
   const std::vector<int> index = state_indices(rod);
   const RandomState at(n, 5);
@@ -88,7 +89,7 @@ TEST_P(RodExchange, RatesAndTheirDerivativesAreExact) {
     EXPECT_EQ(dx[index[k]], at.v[k]);
     EXPECT_NEAR(dx[kStrainStates + index[k]], a[k], 1e-9 * a.cwiseAbs().maxCoeff());
   }
-  EXPECT_NEAR(dx.back(), rod.damping().dot(at.v.cwiseAbs2()), 1e-12 * dx.back());
+  EXPECT_NEAR(dx.back(), rod.damping_power(at.v), 1e-12 * dx.back());
 
   // All derivatives of the accelerations: columns q, v, T[1].
   rod.residual(at.q.data(), at.v.data(), a.data(), loads, work, r);

@@ -7,7 +7,7 @@
 #include "rod_pade_support.hpp"
 
 using namespace rod_test;
-using pade::kTcaDim;
+constexpr int kTcaDim = 3;
 
 TEST(RodPade, TipBalanceHasTheRightSign) {
   // Unloaded but hot: W_tot = K (xi - xi*) + sum N [r x t; t] vanishes all along. With the sign of Eq. 23 as printed
@@ -37,11 +37,11 @@ TEST(RodPade, TipBalanceHasTheRightSign) {
 TEST(RodPade, TipLoadsAreDeadLoadsOfTheFixedFrame) {
   Parameters p = bare_rod();
   GridBench bench(p, 81);
-  bench.inputs.tip_moment[1][0] = 2 * M_PI * Section::of(p).stiffness[1] / p.body_length;
+  bench.inputs.tip_moment[1][0] = 2 * M_PI * Section::of(p).stiffness[1] / p.length();
   ASSERT_TRUE(bench.solve_equilibrium());
-  for (double x : bench.outputs().tip_p) EXPECT_NEAR(x, 0.0, 1e-6 * p.body_length);  // the rod closes to a circle
+  for (double x : bench.outputs().tip_p) EXPECT_NEAR(x, 0.0, 1e-6 * p.length());  // the rod closes to a circle
 
-  p.order = 7;
+  p.set(&Segment::order, 7);
   Bench other(p);
   GridBench pulled(p, 41);
   other.inputs.tip_force[1][0] = pulled.inputs.tip_force[1][0] = 0.02;
@@ -74,7 +74,7 @@ TEST(RodPade, PoseBelongsToTheStrainAndStaysOnTheGroup) {
   shake(bench.inputs, 0.04, 40, [&bench](double h) { bench.step(h); });
   for (int k = 0; k < 41; ++k) EXPECT_NEAR(bench.state.quaternion(k).norm(), 1.0, 1e-14);
   // Central differences of the pose give the strain back.
-  const double spacing = bench.parameters.body_length / 40;
+  const double spacing = bench.parameters.length() / 40;
   for (int k = 1; k < 40; ++k) {
     const auto q = [&](int j) {
       const auto c = bench.state.quaternion(j);
@@ -118,14 +118,14 @@ TEST(RodPade, ExchangedTensionsFollowTheGuessOnly) {
   EXPECT_LT(difference(exchanged.outputs(), truth), 1e-9);
   exchanged.inputs.delta_guess[0][0] += 1e-3;
   const Outputs off = exchanged.outputs();
-  EXPECT_NEAR(off.N[0] - truth.N[0], TcaLaw(p).stiffness() * 1e-3, 1e-6);
+  EXPECT_NEAR(off.N[0] - truth.N[0], TcaLaw(p, 0).stiffness() * 1e-3, 1e-6);
   EXPECT_NEAR(off.delta[0], truth.delta[0], 1e-9) << "delta belongs to the shape";
 }
 
 TEST(RodPade, FreeMotionLosesEnergy) {
   for (double retardation : {0.0, 5e-3}) {
     Parameters p;
-    p.body_retardation = retardation;
+    p.set(&Segment::retardation, retardation);
     GridBench bench(p, 21);
     bench.inputs.gravity[0][0] = 9.81;
     bench.inputs.T[1][0] = 320.0;

@@ -11,7 +11,7 @@ TEST(RodPade, RestoredMemoryStepsBitwiseTheSame) {
   shake(one.inputs, 0.02, 10, [&one](double h) { one.step(h); });
   two.inputs = one.inputs;
   two.memory.assign(one.memory.begin(), one.memory.end());
-  two.state = GridState(two.memory.data(), 21);
+  two.state = GridState(two.memory.data(), 21, 3);
   for (int i = 0; i < 3; ++i) one.step(2e-3), two.step(2e-3);
   EXPECT_EQ(one.memory, two.memory);
 }
@@ -73,7 +73,7 @@ TEST(RodPade, HeatAtAStrokeIsApproachedInShares) {
   bench.step(1e3);
   for (int i = 0; i < 3; ++i) bench.step(1e3);
   ASSERT_TRUE(other.solve_equilibrium());
-  EXPECT_LT(difference(bench.outputs(), other.outputs()), 1e-3 * p.body_length);
+  EXPECT_LT(difference(bench.outputs(), other.outputs()), 1e-3 * p.length());
 }
 
 TEST(RodPade, NoStepAllocates) {

@@ -42,7 +42,7 @@ TEST(RodPade, IsOfFirstOrderInTime) {
 
 TEST(RodPade, MeetsTheStrainPolynomialsAsTheStepShrinks) {
   Parameters p = twisted(5e-3);
-  p.order = 6;
+  p.set(&Segment::order, 6);
   Bench other(p);
   shake(other.inputs, 0.04, 40, [&other](double h) {
     ASSERT_EQ(step_rosenbrock(other.rod, other.inputs, h, 1e-8, other.state, other.scratch).reached, h);
@@ -61,7 +61,7 @@ TEST(RodPade, MeetsTheStrainPolynomialsAsTheStepShrinks) {
 TEST(RodPade, DampedReleaseAgainstTheReference) {
   const auto row = rod_test::read_csv("rod_release.csv").front();
   Parameters p = bare_rod();
-  p.body_retardation = 5e-3;
+  p.set(&Segment::retardation, 5e-3);
   const auto tip = [&](int steps) {  // mm
     GridBench bench(p, 21);
     bench.inputs.gravity[0][0] = 9.81;
@@ -78,7 +78,7 @@ TEST(RodPade, DampedReleaseAgainstTheReference) {
 TEST(RodPade, ComesToRestAtTheReferenceEquilibria) {
   for (const auto& row : rod_test::read_csv("rod_static.csv")) {
     Parameters p;
-    p.body_retardation = 20e-3;
+    p.set(&Segment::retardation, 20e-3);
     const auto error = [&row](GridBench& bench) {
       const Outputs y = bench.outputs();
       double worst = 0.0;
@@ -129,7 +129,7 @@ TEST(RodPade, EquilibriaConvergeWithFourthOrder) {
   EXPECT_GT(std::log2(difference(tip(21), fine) / difference(tip(41), fine)), 3.5);
 
   Parameters p = twisted(0.0);
-  p.order = 7;
+  p.set(&Segment::order, 7);
   Bench other(p);
   other.inputs.gravity[0][0] = 9.81;
   other.inputs.T[0][0] = 340.0;

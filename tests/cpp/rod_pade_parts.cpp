@@ -7,7 +7,7 @@
 #include "pade/grid_rod.hpp"
 
 using namespace rod;
-using pade::kTcaDim;
+constexpr int kTcaDim = 3;
 
 TEST(RodPadeScheme, EveryRowIsExactForQuarticsAndEveryIntervalForCubics) {
   for (int n : {5, 6, 9})
@@ -69,13 +69,12 @@ TEST(RodPadeNode, DerivativesAreExact) {
   section.inertia.tail<3>().setConstant(0.4);  // a mass is the same in all directions
   for (double spin : {1e-3, 1.0}) {            // both forms of the rotation's coefficients
     pade::PreviousNode before{
-        .z = pade::NodeVector::Random(), .gravity = pade::Vector3::Random(), .stretch = {}, .r = {}, .r_slope = {}};
-    before.stretch.setOnes();
-    for (std::size_t i = 0; i < kTcas; ++i)
+        .z = pade::NodeVector::Random(), .gravity = pade::Vector3::Random(), .stretch = pade::TcaVector::Ones(kTcaDim), .r = {}, .r_slope = {}};
+    for (std::size_t i = 0; i < 3; ++i)
       before.r[i] = 0.1 * pade::Vector3::Random(), before.r_slope[i] = 0.1 * pade::Vector3::Random();
     pade::NodeVector z = pade::NodeVector::Random();
     z.segment<3>(6) *= spin;
-    pade::TcaVector N = pade::TcaVector::Random();
+    pade::TcaVector N = pade::TcaVector::Random(kTcaDim);
     pade::NodeEquations exact, ahead, behind;
     node_equations(section, before, z, N, exact);
     const double step = 1e-6;
@@ -91,7 +90,7 @@ TEST(RodPadeNode, DerivativesAreExact) {
       }
     }
     for (int i = 0; i < kTcaDim; ++i) {
-      const pade::TcaVector e = step * pade::TcaVector::Unit(i);
+      const pade::TcaVector e = step * pade::TcaVector::Unit(kTcaDim, i);
       node_equations(section, before, z, N + e, ahead);
       node_equations(section, before, z, N - e, behind);
       EXPECT_LT(((ahead.W - behind.W) / (2 * step) - exact.W_N.col(i)).norm(), 1e-8);
@@ -101,10 +100,10 @@ TEST(RodPadeNode, DerivativesAreExact) {
 }
 
 TEST(RodPadeSolver, AgreesWithADenseSolverAlsoWhereDiagonalBlocksVanish) {
-  constexpr int kFields = pade::kFields, width = pade::kReach * kFields, kColumns = pade::FrontalSolver::kColumns;
+  constexpr int kFields = pade::kFields, width = pade::kReach * kFields, kColumns = 1 + kTcaDim;
   for (int n : {5, 6, 12}) {
     pade::FrontalSolver solver;
-    solver.resize(n);
+    solver.resize(n, kTcaDim);
     for (int pass = 0; pass < 2; ++pass) {  // the second with the memory of the first
       std::srand(n + pass);
       solver.clear();

@@ -18,8 +18,8 @@ struct GridBench {
   GridBench(const Parameters& p, int points)
       : parameters(p),
         rod(p, Section::of(p), points),
-        memory(GridState::size(points)),
-        state(memory.data(), points),
+        memory(GridState::size(points, rod.tcas())),
+        state(memory.data(), points, rod.tcas()),
         scratch(rod.scratch()) {
     rod.set_unloaded(state);
   }
@@ -34,10 +34,10 @@ struct GridBench {
 
   /// u_i = lambda + kappa x r_i + r_i' at point k, and r_i.
   pade::Vector3 u(int k, int i, pade::Vector3& r) {
-    const double s = parameters.body_length * k / (rod.points() - 1);
-    const double angle = parameters.tca_azimuth[i] + parameters.tca_helix[i] * s;
-    r = parameters.tca_offset * pade::Vector3(std::cos(angle), std::sin(angle), 0.0);
-    const pade::Vector3 slope = parameters.tca_helix[i] * pade::Vector3(-r[1], r[0], 0.0);
+    const double s = parameters.length() * k / (rod.points() - 1);
+    const double angle = parameters.tca[i].azimuth + parameters.tca[i].helix * s;
+    r = parameters.tca[0].offset * pade::Vector3(std::cos(angle), std::sin(angle), 0.0);
+    const pade::Vector3 slope = parameters.tca[i].helix * pade::Vector3(-r[1], r[0], 0.0);
     return state.strain(k).tail<3>() + state.strain(k).head<3>().cross(r) + slope;
   }
 
@@ -76,8 +76,8 @@ void shake(Inputs& u, double end, int steps, const Stepper& step) {
 
 inline Parameters twisted(double retardation) {
   Parameters p;
-  p.body_retardation = retardation;
-  for (std::size_t i = 0; i < kTcas; ++i) p.tca_helix[i] = i % 2 ? -20.0 : 30.0;
+  p.set(&Segment::retardation, retardation);
+  for (std::size_t i = 0; i < kTcas; ++i) p.tca[i].helix = i % 2 ? -20.0 : 30.0;
   return p;
 }
 

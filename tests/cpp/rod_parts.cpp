@@ -125,7 +125,7 @@ TEST(RodRotations, TurnsInAPlaneByAnyAngle) {
 
 TEST(RodTca, LawOfTheDefaultSet) {
   const Parameters p;
-  const TcaLaw law(p);
+  const TcaLaw law(p, 0);
   EXPECT_NEAR(law.stiffness(), 79.5378, 1e-4);
   EXPECT_NEAR(law.free_stroke(p.T_0 + 40.0), 7.95322e-3, 1e-8);
   EXPECT_EQ(law.tension(0.0, p.T_0).value, 0.0);
@@ -134,15 +134,15 @@ TEST(RodTca, LawOfTheDefaultSet) {
 
 TEST(RodTca, ChiralityReversesTheStroke) {
   Parameters p;
-  p.tca_chirality = -1;
-  EXPECT_LT(TcaLaw(p).free_stroke(p.T_0 + 40.0), 0.0);
+  p.set(&Tca::chirality, -1);
+  EXPECT_LT(TcaLaw(p, 0).free_stroke(p.T_0 + 40.0), 0.0);
 }
 
 TEST(RodTca, TensionIsTheSlopeOfItsEnergy) {
   for (Law kind : {Law::wire, Law::measured}) {
     Parameters p;
-    p.tca_law = kind;
-    const TcaLaw law(p);
+    p.set(&Tca::law, kind);
+    const TcaLaw law(p, 0);
     const double delta = 2e-3, T = 330.0, e = 1e-6, eT = 1e-3;
     const Tension N = law.tension(delta, T);
     EXPECT_NEAR((law.energy(delta + e, T) - law.energy(delta - e, T)) / (2 * e), N.value, 1e-8 * std::abs(N.value));

@@ -31,7 +31,7 @@ void set_force(Bench& bench, double x, double y, double z) {
 /// Distance [m] of the tip from where damped motion from the unloaded shape comes to rest.
 double distance_to_damped_motion(const Parameters& p, const Bench& statics) {
   Parameters damped = p;
-  damped.body_retardation = 0.05;
+  damped.set(&Segment::retardation, 0.05);
   Bench motion(damped);
   motion.inputs = statics.inputs;
   EXPECT_TRUE(step_rosenbrock(motion.rod, motion.inputs, 60.0, 1e-5, motion.state, motion.scratch).status.is_ok());
@@ -46,7 +46,7 @@ double distance_to_damped_motion(const Parameters& p, const Bench& statics) {
 
 TEST(RodStability, EquilibriaBeyondBucklingAreTheStableOnes) {
   Parameters p;
-  p.order = 7;
+  p.set(&Segment::order, 7);
   const struct {
     double force[3], x, tolerance;
   } cases[] = {{{0.1, 0.0, -0.1}, 36.5e-3, 0.1e-3}, {{0.02, 0.0, -0.1}, 34.9e-3, 0.1e-3}};
@@ -63,7 +63,7 @@ TEST(RodStability, ColdRodBucklesAtItsKnownLoad) {
   for (const auto& [gravity, load] : {std::pair{0.0, 53.4e-3}, std::pair{-9.81, 41.7e-3}})
     for (double share : {0.995, 1.005}) {
       Parameters p;
-      p.order = 7;
+      p.set(&Segment::order, 7);
       Bench bench(p);
       bench.inputs.gravity[2][0] = gravity;
       set_force(bench, 0.0, 0.0, -share * load);
@@ -80,7 +80,7 @@ TEST(RodStability, RandomLoadsEndWhereDampedMotionEnds) {
   std::normal_distribution<double> normal;
   for (int draw = 0; draw < 60; ++draw) {
     Parameters p;
-    p.order = 2 + draw % 6;
+    p.set(&Segment::order, 2 + draw % 6);
     double x = normal(random), y = normal(random), z = normal(random);
     const double scale = 5e-3 * (1 + draw) / std::hypot(x, y, z);  // up to 300 mN
     Bench bench(p);
@@ -108,7 +108,7 @@ TEST(RodStability, LargeAndSmallStepsOfLoadEndAtTheSameShape) {
 
 TEST(RodAdmissibility, CompressionBeyondTheAxialStiffnessIsRefused) {
   Parameters p = bare_rod();
-  p.strains = Strains::extensible;
+  p.set(&Segment::strains, Strains::extensible);
   const double EA = Section::of(p).stiffness[5];
   for (double share : {0.5, 1.5}) {
     Bench bench(p);
@@ -161,10 +161,10 @@ TEST(RodSpatialError, EstimatesTheErrorOfStatics) {
   for (double helix : {0.0, 60.0, 120.0, 200.0})
     for (int order : {2, 3, 4, 5}) {
       Parameters p;
-      p.tca_helix.fill(helix);
-      if (helix * p.body_length > std::max(6.3, 1.5 * (order + 1))) continue;
+      p.set(&Tca::helix, helix);
+      if (helix * p.length() > std::max(6.3, 1.5 * (order + 1))) continue;
       const auto solve = [&](int degree) {
-        p.order = degree;
+        p.set(&Segment::order, degree);
         Bench bench(p);
         bench.inputs.T[0][0] = 325.0, bench.inputs.gravity[0][0] = 9.81;
         set_force(bench, 0.0, 5e-3, 0.0);

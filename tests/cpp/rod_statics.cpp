@@ -15,7 +15,7 @@ double reference_error(int order) {
   double worst = 0.0;
   for (const auto& row : rod_test::read_csv("rod_static.csv")) {
     Parameters p;
-    p.order = order;
+    p.set(&Segment::order, order);
     Bench bench(p);
     for (int c = 0; c < 3; ++c) bench.inputs.gravity[c][0] = row[1 + c];
     for (int i = 0; i < 3; ++i) bench.inputs.T[i][0] = row[4 + i] + 273.15;
@@ -50,14 +50,14 @@ TEST(RodStatics, WithoutLoadsBodyAndActuatorsCarryNoWrench) {
   const Workspace& work = bench.scratch.newton.work;
   // Strain is constant: the order-0 coefficients are the strains, and W = K (xi - xi*) + sum N [r x t; t] must vanish.
   for (int j = 6; j < bench.rod.unknowns(); ++j) EXPECT_NEAR(bench.state.q[j], 0.0, 1e-12);
-  for (int k = 0; k < quadrature(p.order).nodes; ++k) {
-    Vec3 couple{section.stiffness[0] * bench.state.q[0] / p.body_length,
-                section.stiffness[1] * bench.state.q[1] / p.body_length,
-                section.stiffness[2] * bench.state.q[2] / p.body_length};
+  for (int k = 0; k < quadrature(p.segment[0].order).nodes; ++k) {
+    Vec3 couple{section.stiffness[0] * bench.state.q[0] / p.length(),
+                section.stiffness[1] * bench.state.q[1] / p.length(),
+                section.stiffness[2] * bench.state.q[2] / p.length()};
     Vec3 force{section.stiffness[3] * bench.state.q[3], section.stiffness[4] * bench.state.q[4],
                section.stiffness[5] * bench.state.q[5]};
     for (std::size_t i = 0; i < kTcas; ++i) {
-      couple = couple + (work.tension[i].value * p.body_length) * work.arm[i].at(k);
+      couple = couple + (work.tension[i].value * p.length()) * work.arm[i].at(k);
       force = force + work.tension[i].value * work.t[i].at(k);
     }
     EXPECT_LT(std::sqrt(dot(force, force)), 1e-12);
@@ -67,10 +67,10 @@ TEST(RodStatics, WithoutLoadsBodyAndActuatorsCarryNoWrench) {
 
 TEST(RodStatics, SmallStrainClosedForms) {
   const Parameters p;
-  const TcaLaw law(p);
+  const TcaLaw law(p, 0);
   const Section section = Section::of(p);
-  const double EI = section.stiffness[0], EA = section.stiffness[5], k = law.stiffness(), L = p.body_length,
-               r = p.tca_offset;
+  const double EI = section.stiffness[0], EA = section.stiffness[5], k = law.stiffness(), L = p.length(),
+               r = p.tca[0].offset;
   const double dT = 1e-4;
   Bench all(p), one(p);
   for (auto& T : all.inputs.T) T[0] = p.T_0 + dT;
@@ -84,9 +84,9 @@ TEST(RodStatics, SmallStrainClosedForms) {
 
 TEST(RodStatics, HigherOrdersChangeNothingWithoutLoads) {
   Parameters p;
-  p.order = 0;
+  p.set(&Segment::order, 0);
   Bench constant(p);
-  p.order = 7;
+  p.set(&Segment::order, 7);
   Bench rich(p);
   for (Bench* bench : {&constant, &rich}) {
     bench->inputs.T[0][0] = 360.0, bench->inputs.T[2][0] = 310.0;
@@ -94,13 +94,13 @@ TEST(RodStatics, HigherOrdersChangeNothingWithoutLoads) {
   }
   const Outputs a = constant.outputs(), b = rich.outputs();
   for (std::size_t i = 0; i < kTcas; ++i) EXPECT_NEAR(a.delta[i], b.delta[i], 1e-9 * std::abs(a.delta[i]));
-  for (int c = 0; c < 3; ++c) EXPECT_NEAR(a.tip_p[c], b.tip_p[c], 1e-9 * p.body_length);
+  for (int c = 0; c < 3; ++c) EXPECT_NEAR(a.tip_p[c], b.tip_p[c], 1e-9 * p.length());
 }
 
 TEST(RodStatics, RollUpClosesOnItself) {
   Parameters p = rod_test::bare_rod();
   Bench bench(p);
-  bench.inputs.tip_moment[1][0] = 2 * M_PI * Section::of(p).stiffness[1] / p.body_length;
+  bench.inputs.tip_moment[1][0] = 2 * M_PI * Section::of(p).stiffness[1] / p.length();
   ASSERT_TRUE(bench.solve_equilibrium());
   EXPECT_EQ(bench.scratch.stability.doubt(), Stability::Doubt::unstable)
       << "a dead moment would turn it out of its plane";
@@ -115,15 +115,15 @@ TEST(RodStatics, ElasticaUnderADeadTipForce) {
                                   {5, .71379152, .38762836, 1.21536812},
                                   {10, .81060902, .55499560, 1.43028554}};
   Parameters p = rod_test::bare_rod();
-  p.strains = Strains::bending;  // neither shears nor stretches
-  p.order = 7;
+  p.set(&Segment::strains, Strains::bending);  // neither shears nor stretches
+  p.set(&Segment::order, 7);
   for (const auto& [load, deflection, shortening, angle] : known) {
     Bench bench(p);
-    bench.inputs.tip_force[0][0] = load * Section::of(p).stiffness[0] / (p.body_length * p.body_length);
+    bench.inputs.tip_force[0][0] = load * Section::of(p).stiffness[0] / (p.length() * p.length());
     ASSERT_TRUE(bench.solve_equilibrium());
     const Outputs y = bench.outputs();
-    EXPECT_NEAR(y.tip_p[0] / p.body_length, deflection, 1e-6);
-    EXPECT_NEAR(1.0 - y.tip_p[2] / p.body_length, shortening, 1e-6);
+    EXPECT_NEAR(y.tip_p[0] / p.length(), deflection, 1e-6);
+    EXPECT_NEAR(1.0 - y.tip_p[2] / p.length(), shortening, 1e-6);
     EXPECT_NEAR(y.tip_euler[1], angle, 1e-5);
   }
 }
@@ -134,9 +134,9 @@ TEST(RodStatics, LongRodsAndStiffActuatorsUnderGravityFindAnEquilibrium) {
     for (double stiffness : {1e2, 1e3, 1e4})
       for (double gravity : {-9.81, 9.81}) {
         Parameters p;
-        p.body_length = length;
-        p.tca_law = Law::measured;
-        p.tca_stiffness = stiffness;
+        p.set(&Segment::length, length);
+        p.set(&Tca::law, Law::measured);
+        p.set(&Tca::stiffness, stiffness);
         Bench bench(p);
         bench.inputs.gravity[0][0] = 3.0, bench.inputs.gravity[2][0] = gravity;
         bench.inputs.T[0][0] = 340.0;

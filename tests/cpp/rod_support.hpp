@@ -12,6 +12,11 @@
 #include <vector>
 
 #include "integration/integrator.hpp"
+#include "physics/section.hpp"
+
+namespace rod {
+inline constexpr std::size_t kTcas = 3;  // of the default body
+}
 
 namespace rod_test {
 
@@ -20,7 +25,7 @@ extern std::size_t allocations;
 
 struct Bench {
   explicit Bench(const rod::Parameters& p)
-      : parameters(p), rod(p), memory(rod::State::size(rod.unknowns())), state(memory.data(), rod.unknowns()) {}
+      : parameters(p), inputs(inputs_of(p)), owner(rod::make_rod(p)), rod(*owner), memory(rod::State::size(rod.unknowns())), state(memory.data(), rod.unknowns()) {}
 
   rod::Outputs outputs() {
     rod::Outputs y;
@@ -29,11 +34,18 @@ struct Bench {
     rod.outputs(state.q.data(), state.v.data(), loads, scratch.newton.work, y);
     return y;
   }
+  static rod::Inputs inputs_of(const rod::Parameters& p) {
+    rod::Inputs inputs;
+    inputs.tcas = p.tcas;
+    inputs.stations = p.has_load ? rod::kShapeStations : 0;
+    return inputs;
+  }
   bool solve_equilibrium() { return rod::solve_equilibrium(rod, rod::loads_at(inputs, 0.0), state, scratch).is_ok(); }
 
   rod::Parameters parameters;
   rod::Inputs inputs;
-  rod::Rod rod;
+  std::unique_ptr<const rod::Rod> owner;
+  const rod::Rod& rod;
   std::vector<double> memory;
   rod::State state;
   rod::Scratch scratch;
@@ -42,10 +54,10 @@ struct Bench {
 /// The bare rod of the release: no TCAs, rho 1070, shear factor 27/28.
 inline rod::Parameters bare_rod() {
   rod::Parameters p;
-  p.tca_law = rod::Law::measured;
-  p.tca_stiffness = 0.0;
-  p.body_rho = 1070.0;
-  p.body_shear_factor = 27.0 / 28.0;
+  p.set(&rod::Tca::law, rod::Law::measured);
+  p.set(&rod::Tca::stiffness, 0.0);
+  p.set(&rod::Segment::rho, 1070.0);
+  p.set(&rod::Segment::shear_factor, 27.0 / 28.0);
   return p;
 }
 

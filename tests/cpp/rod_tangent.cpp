@@ -1,6 +1,7 @@
 // The exact derivatives against differences of the residual, at random states, for every strain set and order.
 #include <gtest/gtest.h>
 
+#include "mechanics/uniform_rod.hpp"
 #include "rod_support.hpp"
 
 using namespace rod;
@@ -24,10 +25,10 @@ class RodTangent : public testing::TestWithParam<std::tuple<Strains, bool, int, 
  protected:
   Parameters parameters() const {
     Parameters p;
-    std::tie(p.strains, p.planar, p.order, p.closure) = GetParam();
+    std::tie(p.segment[0].strains, p.planar, p.segment[0].order, p.closure) = GetParam();
     p.plane = 0.3;
-    p.body_retardation = 0.01;
-    p.tca_helix[0] = 40.0;
+    p.set(&Segment::retardation, 0.01);
+    p.tca[0].helix = 40.0;
     return p;
   }
 };
@@ -35,7 +36,7 @@ class RodTangent : public testing::TestWithParam<std::tuple<Strains, bool, int, 
 }  // namespace
 
 TEST_P(RodTangent, IsTheDerivativeOfTheResidual) {
-  const Rod rod(parameters());
+  const UniformRod rod(parameters());
   const int n = rod.unknowns();
   const Loads loads = loads_at(all_loads(), 0.0);
   Workspace work, other;
@@ -66,7 +67,7 @@ TEST_P(RodTangent, IsTheDerivativeOfTheResidual) {
 }
 
 TEST_P(RodTangent, StaticToo) {
-  const Rod rod(parameters());
+  const UniformRod rod(parameters());
   const int n = rod.unknowns();
   const Loads loads = loads_at(all_loads(), 0.0);
   Workspace work, other;
@@ -84,7 +85,7 @@ TEST_P(RodTangent, StaticToo) {
 }
 
 TEST_P(RodTangent, KnowsHowLoadsChange) {
-  const Rod rod(parameters());
+  const UniformRod rod(parameters());
   const Inputs u = all_loads();
   const RandomState x(rod.unknowns(), 5);
   Workspace work, other;
