@@ -41,7 +41,8 @@ void read_line(std::size_t number, std::string_view line, Configuration& configu
   } else if (name == "segments") {
     configuration.segments = read_count(number, name, value, core::kMaxSegments);
   } else if (name == "ports") {
-    if (value != "true" && value != "false") refuse(number, "ports = '" + std::string(value) + "'; allowed: true, false");
+    if (value != "true" && value != "false")
+      refuse(number, "ports = '" + std::string(value) + "'; allowed: true, false");
     configuration.has_ports = value == "true";
   } else if (name == "states") {
     if (value != "all" && value != "moving")

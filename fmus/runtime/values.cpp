@@ -82,10 +82,9 @@ void Instance::get(std::span<const Reference> references, ValueOf<access>* value
     if (!has_start(variable)) refresh(variable.causality);
     if (variable.is_on_demand) refresh_on_demand();
     if constexpr (access == Access::real)
-      *values++ =
-          finite(variable, variable.causality == Causality::state        ? states_[variable.offset]
-                           : variable.causality == Causality::derivative ? rates_[variable.offset]
-                                                                         : value_of(variable, data()));
+      *values++ = finite(variable, variable.causality == Causality::state        ? states_[variable.offset]
+                                   : variable.causality == Causality::derivative ? rates_[variable.offset]
+                                                                                 : value_of(variable, data()));
     else
       *values++ = static_cast<int>(value_of(variable, data()));
   }
@@ -110,8 +109,8 @@ void Instance::set(std::span<const Reference> references, const ValueOf<access>*
       has_set_states = true;
     } else {
       has_retuned =
-          has_retuned || (variable.is_retuned && (!variable.also.empty() ||
-                                                  value_of(variable, data()) != static_cast<double>(values[i])));
+          has_retuned || (variable.is_retuned &&
+                          (!variable.also.empty() || value_of(variable, data()) != static_cast<double>(values[i])));
       set_value(variable, data(), values[i]);
       if (&variable == blueprint_.tolerance()) progress_.is_tolerance_set = true;
     }

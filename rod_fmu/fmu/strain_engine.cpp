@@ -13,7 +13,8 @@ namespace {
 
 class StrainEngine final : public Engine {
  public:
-  explicit StrainEngine(const Parameters& p) : owner_(make_rod(p)), rod_(*owner_), dynamic_(p.dynamic), method_(p.method) {
+  explicit StrainEngine(const Parameters& p)
+      : owner_(make_rod(p)), rod_(*owner_), dynamic_(p.dynamic), method_(p.method) {
     if (method_ == Method::bdf) bdf_.emplace(rod_.unknowns());
   }
 

@@ -42,12 +42,12 @@ class Shared {
   Shared(Table& table, const Parameters& p) : table_(table), p_(p) {}
 
   template <class Member, class Refine>
-  void segments(const std::string& all, const std::string& each, Member Segment::* member, const std::string& unit,
+  void segments(const std::string& all, const std::string& each, Member Segment::*member, const std::string& unit,
                 const std::string& description, Refine refine) {
     add(std::span(p_.segment).first(p_.segments), all, each, member, unit, description, refine);
   }
   template <class Member, class Refine>
-  void tcas(const std::string& name, Member Tca::* member, const std::string& unit, const std::string& description,
+  void tcas(const std::string& name, Member Tca::*member, const std::string& unit, const std::string& description,
             Refine refine) {
     add(std::span(p_.tca).first(p_.tcas), name, name, member, unit, description, refine);
   }
@@ -58,7 +58,7 @@ class Shared {
 
  private:
   template <class Owner, class Member, class Refine>
-  void add(std::span<const Owner> owners, const std::string& all, const std::string& each, Member Owner::* member,
+  void add(std::span<const Owner> owners, const std::string& all, const std::string& each, Member Owner::*member,
            const std::string& unit, const std::string& description, Refine refine) {
     fmu::Variable& row = table_.parameter(all, owners[0].*member, unit, description);
     refine(row);
@@ -107,12 +107,12 @@ void add_body(Table& table, Shared& shared, const Parameters& p) {
                  "stiffness of the section: round, of a solid cylinder; given, by body.stiffness")
       .choices({"round", "given"});
   for (std::size_t c = 0; c < 6; ++c) {
-    fmu::Variable& row = table
-                             .parameter(fmu::indexed("body.stiffness", c), p.segment[0].stiffness[c],
-                                        c < 3 ? "N.m2" : "N",
-                                        std::string("stiffness of the section in ") + stiffness_kind(c) +
-                                            kAxes[c % 3] + ", used when body.profile = given")
-                             .range(kTiny, kHuge);
+    fmu::Variable& row =
+        table
+            .parameter(fmu::indexed("body.stiffness", c), p.segment[0].stiffness[c], c < 3 ? "N.m2" : "N",
+                       std::string("stiffness of the section in ") + stiffness_kind(c) + kAxes[c % 3] +
+                           ", used when body.profile = given")
+            .range(kTiny, kHuge);
     for (std::size_t j = 1; j < p.segments; ++j) table.also(row, p.segment[j].stiffness[c]);
   }
   for (std::size_t c = 0; c < 3; ++c) {
@@ -162,16 +162,16 @@ void add_tip_body(Table& table, const Parameters& p) {
       .nominal(1e-3);
   for (std::size_t c = 0; c < 3; ++c)
     table
-        .parameter(fmu::indexed("tip_body.inertia", c), p.tip_body.inertia[c], "kg.m2",
-                   std::string("moment of inertia of the body at the tip about its centre, axis ") + kAxes[c] +
-                       " of the tip")
+        .parameter(
+            fmu::indexed("tip_body.inertia", c), p.tip_body.inertia[c], "kg.m2",
+            std::string("moment of inertia of the body at the tip about its centre, axis ") + kAxes[c] + " of the tip")
         .range(0, 1e6)
         .nominal(1e-7);
   for (std::size_t c = 0; c < 3; ++c)
     table
-        .parameter(fmu::indexed("tip_body.centre", c), p.tip_body.centre[c], "m",
-                   std::string("centre of mass of the body at the tip, from the tip, along ") + kAxes[c] +
-                       " of the tip")
+        .parameter(
+            fmu::indexed("tip_body.centre", c), p.tip_body.centre[c], "m",
+            std::string("centre of mass of the body at the tip, from the tip, along ") + kAxes[c] + " of the tip")
         .range(-1e3, 1e3)
         .nominal(1e-3);
 }
@@ -206,11 +206,10 @@ void add_measured(Shared& shared) {
 }
 
 void add_tcas(Table& table, Shared& shared, const Parameters& p) {
-  fmu::Variable& offset = table
-                              .parameter("tca.offset", p.tca[0].offset, "m",
-                                         "distance of the TCAs from the centreline, at both ends")
-                              .range(0, 1e3)
-                              .nominal(2.5e-3);
+  fmu::Variable& offset =
+      table.parameter("tca.offset", p.tca[0].offset, "m", "distance of the TCAs from the centreline, at both ends")
+          .range(0, 1e3)
+          .nominal(2.5e-3);
   for (std::size_t i = 0; i < p.tcas; ++i) {
     if (i > 0) table.also(offset, p.tca[i].offset);
     table.also(offset, p.tca[i].offset_end);
@@ -390,7 +389,7 @@ void add_outputs(Table& table, const rod::Outputs& y, std::size_t tcas) {
 
 /// Ports for models of the surroundings: forces along the body, velocities where they act, reaction of the clamp.
 void add_ports(Table& table, const rod::Inputs& u, const rod::Outputs& y) {
-  const std::vector<std::string> acting = {"strain",  "strain_rate", "T",         "delta_guess",
+  const std::vector<std::string> acting = {"strain",  "strain_rate", "T",          "delta_guess",
                                            "gravity", "tip_force",   "tip_moment", "shape.f"};
   for (std::size_t m = 0; m < rod::kShapeStations; ++m)
     for (std::size_t c = 0; c < 3; ++c)
@@ -438,11 +437,12 @@ void add_states(Table& table, std::size_t segments, bool has_ports) {
   constexpr std::size_t terms = rod::kMaxOrder + 1;  // the first index goes on from segment to segment
   for (std::size_t a = 0; a < segments * terms; ++a)
     for (std::size_t c = 0; c < 6; ++c)
-      table.state(name("strain", a, c), "1", "1/s", description(a, c)).nominal(0.1).depends({name("strain_rate", a, c)});
+      table.state(name("strain", a, c), "1", "1/s", description(a, c))
+          .nominal(0.1)
+          .depends({name("strain_rate", a, c)});
   for (std::size_t a = 0; a < segments * terms; ++a)
     for (std::size_t c = 0; c < 6; ++c)
-      table.state(name("strain_rate", a, c), "1/s", "1/s2", "rate of " + description(a, c))
-          .depends(acting);
+      table.state(name("strain_rate", a, c), "1/s", "1/s2", "rate of " + description(a, c)).depends(acting);
   table.state("dissipation", "J", "W", "energy dissipated by the damping since the start")
       .nominal(1e-4)
       .depends({"strain_rate"});
@@ -451,12 +451,36 @@ void add_states(Table& table, std::size_t segments, bool has_ports) {
 /// Parameters of material and TCA laws, which may change in a rod that moves: its strains keep their meaning. Not so
 /// the geometry and what chooses the discretisation.
 constexpr const char* kRetuned[] = {
-    "body.E",         "body.nu",        "body.rho",          "body.shear_factor", "body.retardation",
-    "body.stiffness", "body.curvature", "tca.wire_diameter", "tca.coils",         "tca.twists",
-    "tca.E",          "tca.rho_T",      "tca.stiffness",     "tca.stroke",        "T_0",
-    "segment.E",      "segment.nu",     "segment.rho",       "segment.shear_factor", "segment.retardation",
-    "segment.stiffness", "segment.curvature", "tca.stiffening", "tca.stroke_curvature", "tca.stop",
-    "tca.stop_width", "tca.stop_stiffness", "tip_body.mass", "tip_body.inertia", "tip_body.centre",
+    "body.E",
+    "body.nu",
+    "body.rho",
+    "body.shear_factor",
+    "body.retardation",
+    "body.stiffness",
+    "body.curvature",
+    "tca.wire_diameter",
+    "tca.coils",
+    "tca.twists",
+    "tca.E",
+    "tca.rho_T",
+    "tca.stiffness",
+    "tca.stroke",
+    "T_0",
+    "segment.E",
+    "segment.nu",
+    "segment.rho",
+    "segment.shear_factor",
+    "segment.retardation",
+    "segment.stiffness",
+    "segment.curvature",
+    "tca.stiffening",
+    "tca.stroke_curvature",
+    "tca.stop",
+    "tca.stop_width",
+    "tca.stop_stiffness",
+    "tip_body.mass",
+    "tip_body.inertia",
+    "tip_body.centre",
 };
 
 void mark_retuned(std::vector<fmu::Variable>& rows) {

@@ -25,10 +25,22 @@ template <class Tableau>
 class RosenbrockStep {
  public:
   RosenbrockStep(const Rod& rod, const Inputs& u, const State& state, Scratch& scratch)
-      : rod_(rod), u_(u), state_(state), start_(scratch.newton.work), start_r_(scratch.r), work_(scratch.work),
-        U_(scratch.stages.U), y_(scratch.stages.y), r_(scratch.stages.r), r_t_(scratch.stages.r_t),
-        b1_(scratch.stages.b1), b2_(scratch.stages.b2), dr_(scratch.stages.dr),
-        power_slope_(scratch.stages.power_slope), J_(scratch.stages.J), lu_(scratch.stages.lu) {}
+      : rod_(rod),
+        u_(u),
+        state_(state),
+        start_(scratch.newton.work),
+        start_r_(scratch.r),
+        work_(scratch.work),
+        U_(scratch.stages.U),
+        y_(scratch.stages.y),
+        r_(scratch.stages.r),
+        r_t_(scratch.stages.r_t),
+        b1_(scratch.stages.b1),
+        b2_(scratch.stages.b2),
+        dr_(scratch.stages.dr),
+        power_slope_(scratch.stages.power_slope),
+        J_(scratch.stages.J),
+        lu_(scratch.stages.lu) {}
 
   /// Makes the step of length h [s] that starts `from` [s] after the communication point, where the loads are `loads`.
   void compute(double from, double h, const Loads& loads) {

@@ -25,16 +25,16 @@ struct SegmentInertia {
 struct RodConstants {
   const Quadrature* grid = nullptr;
   bool planar = false;
-  double length = 0.0;                           // L [m]
-  double mass = 0.0;                             // rho A [kg/m]
-  Vec3 inertia;                                  // rho diag(I, I, 2 I) [kg m]
-  Vec3 kappa, lambda{0.0, 0.0, 1.0};             // strains of the unloaded rod xi*: curvature times L, and tangent [1]
-  int terms = 0;                                 // polynomials per strain component: degree + 1
-  int count = 0;                                 // strain components, the first ones of:
-  std::array<int, 6> components{};               // 0..2: bending, bending, torsion; 3..5: shear, shear, stretch
-  std::size_t tcas = 0;                          // TCAs, of which some may not lie in this segment
-  std::vector<VectorField> offset, slope;        // routing r_i/L and its derivative dr_i/ds at the nodes [1]
-  std::array<bool, kMaxTcas> is_routed{};        // TCA i lies in this segment
+  double length = 0.0;                            // L [m]
+  double mass = 0.0;                              // rho A [kg/m]
+  Vec3 inertia;                                   // rho diag(I, I, 2 I) [kg m]
+  Vec3 kappa, lambda{0.0, 0.0, 1.0};              // strains of the unloaded rod xi*: curvature times L, and tangent [1]
+  int terms = 0;                                  // polynomials per strain component: degree + 1
+  int count = 0;                                  // strain components, the first ones of:
+  std::array<int, 6> components{};                // 0..2: bending, bending, torsion; 3..5: shear, shear, stretch
+  std::size_t tcas = 0;                           // TCAs, of which some may not lie in this segment
+  std::vector<VectorField> offset, slope;         // routing r_i/L and its derivative dr_i/ds at the nodes [1]
+  std::array<bool, kMaxTcas> is_routed{};         // TCA i lies in this segment
   const SegmentInertia* inertia_along = nullptr;  // of a segment; null for a uniform rod
 
   int unknowns() const { return terms * count; }
@@ -62,14 +62,14 @@ struct Wrench {
 /// rod's fixed frame unless a name says "body". Never part of a state.
 struct Kinematics {
   RotationField R;
-  VectorField l, n, m;                            // p'/L [1], force n L [N m], moment m [N m]
-  VectorField k1, k2, l1, l2;                     // R dkappa/dt L, R d2kappa/dt2 L, R dlambda/dt, R d2lambda/dt2
-  VectorField omega, alpha, omega_body, hdot;     // [1/s], [1/s2], [1/s]; dh/dt L [N m]
-  VectorField velocity;                           // dp/dt / L [1/s]
-  VectorField swing;                              // omega x p' + 2 R dlambda/dt, whose product with omega accelerates
-  std::vector<VectorField> t, arm;                // tangent t_i of TCA i [1], its arm r_i x t_i / L [1]
-  std::vector<ScalarField> inverse_length;        // 1/|u_i| [1]
-  PerTca<double> path{};                          // int |u_i| ds / L [1]
+  VectorField l, n, m;                         // p'/L [1], force n L [N m], moment m [N m]
+  VectorField k1, k2, l1, l2;                  // R dkappa/dt L, R d2kappa/dt2 L, R dlambda/dt, R d2lambda/dt2
+  VectorField omega, alpha, omega_body, hdot;  // [1/s], [1/s2], [1/s]; dh/dt L [N m]
+  VectorField velocity;                        // dp/dt / L [1/s]
+  VectorField swing;                           // omega x p' + 2 R dlambda/dt, whose product with omega accelerates
+  std::vector<VectorField> t, arm;             // tangent t_i of TCA i [1], its arm r_i x t_i / L [1]
+  std::vector<ScalarField> inverse_length;     // 1/|u_i| [1]
+  PerTca<double> path{};                       // int |u_i| ds / L [1]
   std::array<double, 4> tip_quaternion{1, 0, 0, 0};  // scalar first
   SectionMotion base, tip;                           // of a segment
   bool moving = false;                               // the last evaluation was one of dynamics
@@ -87,8 +87,8 @@ using StaticsLoop = void (*)(const RodConstants&, const double* q, const BodyLoa
                              const Gradients& b);
 
 /// The same for a moving rod; n and m then contain the inertia.
-using DynamicsLoop = void (*)(const RodConstants&, const double* q, const double* v, const double* a,
-                              const BodyLoads&, Kinematics&, double* r, const Gradients& b);
+using DynamicsLoop = void (*)(const RodConstants&, const double* q, const double* v, const double* a, const BodyLoads&,
+                              Kinematics&, double* r, const Gradients& b);
 
 /// Writes the derivative of r + sum N_i b_i at constant tensions N_i [N], column by column: weights[0] d/dq +
 /// weights[1] d/dv + weights[2] d/da, at the point of the last evaluation.
@@ -102,8 +102,8 @@ using RateLoop = void (*)(const RodConstants&, const Kinematics&, const double* 
 // end in w.tip.
 
 /// Writes positions and the gradients b; of a moving segment also velocities, accelerations and inertia forces.
-using SegmentForwardLoop = void (*)(const RodConstants&, const double* q, const double* v, const double* a,
-                                    bool moving, Kinematics&, const Gradients& b);
+using SegmentForwardLoop = void (*)(const RodConstants&, const double* q, const double* v, const double* a, bool moving,
+                                    Kinematics&, const Gradients& b);
 /// Loads of a segment: gravity, wrench at its end, force along it from each node to its end and from its start [N].
 struct SegmentLoads {
   Vec3 gravity;

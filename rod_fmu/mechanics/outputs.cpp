@@ -1,4 +1,5 @@
-// Outputs of a uniform rod: pose (Eq. 5), velocity (Eq. 6), shape, displacements (Eq. 17), tensions (Eq. 4) and energies.
+// Outputs of a uniform rod: pose (Eq. 5), velocity (Eq. 6), shape, displacements (Eq. 17), tensions (Eq. 4) and
+// energies.
 #include <algorithm>
 #include <cmath>
 
@@ -85,8 +86,7 @@ double UniformRod::out_of_plane(const Loads& loads, const Workspace& w) const {
   }
   VectorField couple, force;
   for (int p = 0; p < grid.packs; ++p) {
-    couple.set(p, transpose_times(
-                      w.R[p], m[p] + broadcast({turned.tip_moment.x, 0.0, turned.tip_moment.z})));
+    couple.set(p, transpose_times(w.R[p], m[p] + broadcast({turned.tip_moment.x, 0.0, turned.tip_moment.z})));
     force.set(p, n[p]);
     for (std::size_t i = 0; i < tcas(); ++i) {
       const double tension = length() * w.tension[i].value;

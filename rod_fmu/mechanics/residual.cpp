@@ -24,8 +24,8 @@ ROD_INLINE void statics(const RodConstants& rod, const double* q, const BodyLoad
 }
 
 template <class Space, int packs>
-ROD_INLINE void dynamics(const RodConstants& rod, const double* q, const double* v, const double* a, const BodyLoads& loads,
-                         Kinematics& w, double* r, const Gradients& b) {
+ROD_INLINE void dynamics(const RodConstants& rod, const double* q, const double* v, const double* a,
+                         const BodyLoads& loads, Kinematics& w, double* r, const Gradients& b) {
   kinematics<Space, packs>(rod, q, v, w, b);
   NodeArray<typename Space::Linear, packs> n{};
   NodeArray<typename Space::Angular, packs> m{};

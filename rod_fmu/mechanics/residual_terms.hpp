@@ -1,6 +1,6 @@
-// Terms of the residual of the rod's balance of momentum (Eq. 8 with Eqs. 15-16), projected onto the strain polynomials: a chain of
-// integrals, strains, orientation, velocities and accelerations from the clamp to the nodes, then force and moment from
-// the tip back.
+// Terms of the residual of the rod's balance of momentum (Eq. 8 with Eqs. 15-16), projected onto the strain
+// polynomials: a chain of integrals, strains, orientation, velocities and accelerations from the clamp to the nodes,
+// then force and moment from the tip back.
 //   R' = R kappa^,  p' = R lambda                                              (Eq. 5)
 //   omega' = R dkappa/dt,  (dp/dt)' = omega x p' + R dlambda/dt                (Eq. 6, compatibility, in the fixed
 //   frame) n(s) = F + int_s^L rho A (g - d2p/dt2) ds,   m(s) = M + int_s^L (p' x n - dh/dt) ds   (Eq. 7, corrected) u_i
@@ -22,7 +22,8 @@ ROD_INLINE void turn_with_start(int packs, Kinematics& w) {
   const Rotation<double>& S = w.base.R;
   for (int p = 0; p < packs; ++p) {
     const Rotation<Pack> R = w.R[p];
-    const auto turned = [&R](const Vec3& row) ROD_LAMBDA_INLINE { return row.x * R.row0 + row.y * R.row1 + row.z * R.row2; };
+    const auto turned = [&R](const Vec3& row)
+                            ROD_LAMBDA_INLINE { return row.x * R.row0 + row.y * R.row1 + row.z * R.row2; };
     w.R.set(p, Rotation<Pack>{turned(S.row0), turned(S.row1), turned(S.row2)});
   }
   const auto [a, b, c, d] = w.base.quaternion;

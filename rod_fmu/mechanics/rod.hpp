@@ -30,8 +30,8 @@ using ConstVectorRef = Eigen::Ref<const Vector>;
 
 /// The same of one segment: also its strains, and the tensions along TCAs that are bonded to it.
 struct SegmentWorkspace : Kinematics {
-  VectorField kappa, lambda;                     // kappa times the segment's length
-  std::vector<ScalarField> N, N_stretch, N_T;    // tension [N], its slopes in |u| [N] and in T [N/K]
+  VectorField kappa, lambda;                   // kappa times the segment's length
+  std::vector<ScalarField> N, N_stretch, N_T;  // tension [N], its slopes in |u| [N] and in T [N/K]
 };
 
 /// Derivatives of one segment in the motion of its start, 12 numbers, and in the wrench at its end, 6 numbers: of its
@@ -45,16 +45,16 @@ struct SegmentDerivatives {
 
 /// Scratch of one evaluation: what an evaluation leaves for derivatives and outputs. Never part of a state.
 struct Workspace : Kinematics {
-  PerTca<double> delta{};            // displacements [m], Eq. 17
-  PerTca<Tension> tension{};         // tensions [N] and their slopes, Eq. 4
-  std::vector<Vector> b;             // d delta_i/dq [m]
+  PerTca<double> delta{};                  // displacements [m], Eq. 17
+  PerTca<Tension> tension{};               // tensions [N] and their slopes, Eq. 4
+  std::vector<Vector> b;                   // d delta_i/dq [m]
   std::vector<SegmentWorkspace> segments;  // of a body of segments, which does not use the Kinematics above
-  PerTca<double> twist{};            // of tethered TCAs: rotation of the ends about the TCA phi_i [rad]
-  std::vector<Vector> c;             // d phi_i/dq [1]
-  PerTca<TetheredForce> tethered{};  // their tension and torque
-  Wrench base;                       // that the body passes on to the clamp
-  Vec3 gravity;                      // that acted, in the rod's frame [m/s2]
-  long evaluations = 0;              // of the residual in this workspace so far
+  PerTca<double> twist{};                  // of tethered TCAs: rotation of the ends about the TCA phi_i [rad]
+  std::vector<Vector> c;                   // d phi_i/dq [1]
+  PerTca<TetheredForce> tethered{};        // their tension and torque
+  Wrench base;                             // that the body passes on to the clamp
+  Vec3 gravity;                            // that acted, in the rod's frame [m/s2]
+  long evaluations = 0;                    // of the residual in this workspace so far
   mutable std::vector<SegmentDerivatives> neighbours;  // scratch of the tangent
   mutable Vector scratch;                              // unknowns() numbers
 };
@@ -133,9 +133,9 @@ class Rod {
   explicit Rod(const Parameters& p);
 
   struct StrainRange {
-    double curvature = 0.0;       // largest |kappa| times the segment's length [rad]
-    double max_curvature = 0.0;   // that the segment's quadrature resolves [rad]
-    double stretch = 1.0;         // least lambda_z [1]
+    double curvature = 0.0;      // largest |kappa| times the segment's length [rad]
+    double max_curvature = 0.0;  // that the segment's quadrature resolves [rad]
+    double stretch = 1.0;        // least lambda_z [1]
   };
   /// Extremes of the strains at the nodes; of several segments the one that is closest to its limit.
   virtual StrainRange strain_range(const double* q) const = 0;

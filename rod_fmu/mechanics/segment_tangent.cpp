@@ -1,4 +1,5 @@
-// Columns of the exact derivatives of one segment: in its strains, in the motion of its start, in the wrench at its end.
+// Columns of the exact derivatives of one segment: in its strains, in the motion of its start, in the wrench at its
+// end.
 #include "mechanics/tangent_terms.hpp"
 
 namespace rod {

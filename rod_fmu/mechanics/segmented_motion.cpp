@@ -61,7 +61,8 @@ Matrix6 twist_hessian(const TcaNode& node) {
   const Eigen::Matrix<double, 3, 6> turned = node.inverse_length * normal * node.D;
   hessian.topRows<3>() += turned;
   hessian.leftCols<3>() += turned.transpose();
-  const Eigen::Matrix3d inner = node.t * across.transpose() + across * node.t.transpose() + node.t.dot(node.kappa) * normal;
+  const Eigen::Matrix3d inner =
+      node.t * across.transpose() + across * node.t.transpose() + node.t.dot(node.kappa) * normal;
   hessian -= node.inverse_length * node.inverse_length * node.D.transpose() * inner * node.D;
   return hessian;
 }
@@ -141,7 +142,8 @@ void SegmentedRod::pull_bonded(const Loads& loads, Workspace& work) const {
         w.N[i][k] = tension.value;
         w.N_stretch[i][k] = span_[i] * tension.per_delta;
         w.N_T[i][k] = tension.per_T;
-        mean += part.constants.grid->w[k] * part.constants.length * part.reference_length[i][k] / span_[i] * tension.value;
+        mean +=
+            part.constants.grid->w[k] * part.constants.length * part.reference_length[i][k] / span_[i] * tension.value;
       }
     }
     work.tension[i] = {mean, 0.0, 0.0};
@@ -242,7 +244,8 @@ void SegmentedRod::residual(const double* q, const double* v, const double* a, c
   for (const Part& part : parts_) {
     const int n = part.unknowns();
     if (part.retardation != 0.0)
-      r.segment(part.first, n).noalias() += part.retardation * (part.stiffness * Eigen::Map<const Vector>(v + part.first, n));
+      r.segment(part.first, n).noalias() +=
+          part.retardation * (part.stiffness * Eigen::Map<const Vector>(v + part.first, n));
   }
 }
 

@@ -78,8 +78,7 @@ double SegmentedRod::energy_of_tca(std::size_t i, double T, const Workspace& wor
     if (!part.constants.is_routed[i]) continue;
     for (int k = 0; k < part.constants.grid->nodes; ++k) {
       const double stretch = 1.0 / work.segments[j].inverse_length[i][k] - part.reference_length[i][k];
-      energy += part.constants.grid->w[k] * part.constants.length / span_[i] *
-                laws_[i].energy(span_[i] * stretch, T);
+      energy += part.constants.grid->w[k] * part.constants.length / span_[i] * laws_[i].energy(span_[i] * stretch, T);
     }
   }
   return energy;
@@ -108,7 +107,8 @@ void SegmentedRod::section_balance(const Workspace& work, std::size_t j, VectorF
   for (std::size_t i = 0; i < tcas(); ++i) {
     if (!constants.is_routed[i]) continue;
     for (int p = 0; p < constants.grid->packs; ++p) {
-      const Pack tension = constants.length * (contact_ == Contact::bonded ? w.N[i].pack[p] : work.tension[i].value - Pack{});
+      const Pack tension =
+          constants.length * (contact_ == Contact::bonded ? w.N[i].pack[p] : work.tension[i].value - Pack{});
       couple.set(p, couple[p] - tension * w.arm[i][p]);
       force.set(p, force[p] - tension * w.t[i][p]);
     }
@@ -124,7 +124,8 @@ double SegmentedRod::out_of_plane(const Workspace& work) const {
     section_balance(work, j, couple, force);
     for (int c : parts_[j].excluded)
       for (int k = 0; k < parts_[j].constants.grid->nodes; ++k)
-        worst = std::max(worst, std::abs(component(c < 3 ? couple : force, c % 3)[k]) / parts_[j].local_stiffness[c][k]);
+        worst =
+            std::max(worst, std::abs(component(c < 3 ? couple : force, c % 3)[k]) / parts_[j].local_stiffness[c][k]);
   }
   return worst;
 }
@@ -160,8 +161,7 @@ double SegmentedRod::spatial_error(const double* q, const Loads& loads, Workspac
     for (int p = 0; p < grid.packs; ++p) density.set(p, theta[p]);
     const Vec3 turn = weighted_sum(grid.w, density);
     theta = integral(grid.forward, theta);
-    for (int p = 0; p < grid.packs; ++p)
-      shift[p] = cross(theta[p] + broadcast(turned), w.l[p]) + w.R[p] * dlambda[p];
+    for (int p = 0; p < grid.packs; ++p) shift[p] = cross(theta[p] + broadcast(turned), w.l[p]) + w.R[p] * dlambda[p];
     for (int p = 0; p < grid.packs; ++p) density.set(p, shift[p]);
     const Vec3 moved = constants.length * weighted_sum(grid.w, density);
     shift = integral(grid.forward, shift);
@@ -175,8 +175,8 @@ double SegmentedRod::spatial_error(const double* q, const Loads& loads, Workspac
     for (std::size_t i = 0; i < tcas(); ++i)
       if (constants.is_routed[i])
         for (int k = 0; k < grid.nodes; ++k)
-          delta[i] += constants.length * grid.w[k] *
-                      (dot(w.arm[i].at(k), dkappa.at(k)) + dot(w.t[i].at(k), dlambda.at(k)));
+          delta[i] +=
+              constants.length * grid.w[k] * (dot(w.arm[i].at(k), dkappa.at(k)) + dot(w.t[i].at(k), dlambda.at(k)));
   }
   for (const double each : delta) largest = std::max(largest, std::abs(each));
   return largest;

@@ -27,7 +27,8 @@ double rayleigh_frequency(const Parameters& p) {
     const double h = L / kSections;
     s = (k + 0.5) * h;
     while (j + 1 < p.segments && s > start + p.segment[j].length) start += p.segment[j++].length;
-    const Section section = Section::of(p.segment[j], p.profile, radius_at(p.segment[j], (s - start) / p.segment[j].length));
+    const Section section =
+        Section::of(p.segment[j], p.profile, radius_at(p.segment[j], (s - start) / p.segment[j].length));
     const double curvature = (L - s) / std::min(section.stiffness[0], section.stiffness[1]);  // of a unit force
     deflection += h * (slope + 0.5 * h * curvature);
     slope += h * curvature;
@@ -41,7 +42,12 @@ double rayleigh_frequency(const Parameters& p) {
 }  // namespace
 
 SegmentedRod::SegmentedRod(const Parameters& p)
-    : Rod(p), parts_(p.segments), tip_body_(p.tip_body), contact_(p.contact), ends_(p.ends), has_load_(p.has_load),
+    : Rod(p),
+      parts_(p.segments),
+      tip_body_(p.tip_body),
+      contact_(p.contact),
+      ends_(p.ends),
+      has_load_(p.has_load),
       is_planar_(p.planar) {
   int unknowns = 0;
   for (std::size_t j = 0; j < p.segments; ++j) {

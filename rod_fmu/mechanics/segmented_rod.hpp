@@ -1,11 +1,11 @@
-// A body of segments, each of its own material, radii, order and strains; TCAs over spans of it, sliding or bonded, with
-// ends that turn freely or not; a rigid body at the tip; forces along the body.
+// A body of segments, each of its own material, radii, order and strains; TCAs over spans of it, sliding or bonded,
+// with ends that turn freely or not; a rigid body at the tip; forces along the body.
 //
 // Every segment has strain polynomials and a quadrature of its own, so that strains may jump where a stiffness jumps or
 // a TCA ends. Motion passes from segment to segment towards the tip, the wrench back towards the clamp:
 //   (start_j; q_j, v_j, a_j) -> start_j+1,   (wrench_j+1; q_j, ...) -> wrench_j, r_j.
-// The exact tangent is the chain of the derivatives of these maps. What depends on the strains of one section alone, the
-// stiffness of the body and the second derivatives of the TCAs' paths, enters as a 6 x 6 matrix per node.
+// The exact tangent is the chain of the derivatives of these maps. What depends on the strains of one section alone,
+// the stiffness of the body and the second derivatives of the TCAs' paths, enters as a 6 x 6 matrix per node.
 #pragma once
 
 #include "mechanics/rod.hpp"
@@ -47,9 +47,9 @@ class SegmentedRod final : public Rod {
     std::vector<int> components, excluded;
     int first = 0;
     double retardation = 0.0;
-    Matrix stiffness;                                   // int Phi^T K Phi ds [J]
-    std::array<ScalarField, 6> local_stiffness;         // K at the nodes in units of the unknowns [J]
-    std::vector<ScalarField> reference_length;          // |u_i| of the unstrained body
+    Matrix stiffness;                                    // int Phi^T K Phi ds [J]
+    std::array<ScalarField, 6> local_stiffness;          // K at the nodes in units of the unknowns [J]
+    std::vector<ScalarField> reference_length;           // |u_i| of the unstrained body
     PerTca<double> reference_path{}, reference_twist{};  // int |u_i| ds [m], int kappa . t_i ds
     std::array<ScalarField, kShapeStations> hat;         // int_s^end of the stations' hat functions ds [m]
     std::array<double, kShapeStations> hat_total{};      // the same from the start

@@ -73,7 +73,7 @@ ROD_INLINE void linearise(const RodConstants& rod, const Kinematics& w, const Va
   using Linear = Space::Linear;
   using Angular = Space::Angular;
   const Quadrature& grid = *rod.grid;
-  const auto accumulate = [&](const auto& density, double scale, Vec3 SectionVariation::* part) ROD_LAMBDA_INLINE {
+  const auto accumulate = [&](const auto& density, double scale, Vec3 SectionVariation::*part) ROD_LAMBDA_INLINE {
     auto sum = integral(grid.forward, density);
     if constexpr (Space::segment) {
       const Vec3 start = ends->start.*part;
@@ -85,8 +85,8 @@ ROD_INLINE void linearise(const RodConstants& rod, const Kinematics& w, const Va
       return sum;
     }
   };
-  const auto theta = accumulate(for_each_pack<packs>([&](int p) ROD_LAMBDA_INLINE { return d.k(p); }), 1.0,
-                                &SectionVariation::theta);
+  const auto theta =
+      accumulate(for_each_pack<packs>([&](int p) ROD_LAMBDA_INLINE { return d.k(p); }), 1.0, &SectionVariation::theta);
   const auto l = for_each_pack<packs>(
       [&](int p) ROD_LAMBDA_INLINE { return cross(theta[p], restrict_to<Linear>(w.l, p)) + d.l(p); });
   const auto write = [&](const auto& density, const auto& n) ROD_LAMBDA_INLINE {
@@ -112,14 +112,14 @@ ROD_INLINE void linearise(const RodConstants& rod, const Kinematics& w, const Va
                                   }),
                                   1.0, &SectionVariation::alpha);
     auto n = accumulate(for_each_pack<packs>([&](int p) ROD_LAMBDA_INLINE {
-                        const auto here = restrict_to<Linear>(w.l, p);
-                        const auto spin = restrict_to<Angular>(w.omega, p);
-                        const auto l1 = cross(theta[p], restrict_to<Linear>(w.l1, p)) + d.l1(p);
-                        const auto l2 = cross(theta[p], restrict_to<Linear>(w.l2, p)) + d.l2(p);
-                        const auto swing = cross(omega[p], here) + cross(spin, l[p]) + 2.0 * l1;
-                        return cross(alpha[p], here) + cross(restrict_to<Angular>(w.alpha, p), l[p]) +
-                               cross(omega[p], restrict_to<Linear>(w.swing, p)) + cross(spin, swing) + l2;
-                      }),
+                          const auto here = restrict_to<Linear>(w.l, p);
+                          const auto spin = restrict_to<Angular>(w.omega, p);
+                          const auto l1 = cross(theta[p], restrict_to<Linear>(w.l1, p)) + d.l1(p);
+                          const auto l2 = cross(theta[p], restrict_to<Linear>(w.l2, p)) + d.l2(p);
+                          const auto swing = cross(omega[p], here) + cross(spin, l[p]) + 2.0 * l1;
+                          return cross(alpha[p], here) + cross(restrict_to<Angular>(w.alpha, p), l[p]) +
+                                 cross(omega[p], restrict_to<Linear>(w.swing, p)) + cross(spin, swing) + l2;
+                        }),
                         rod.length, &SectionVariation::a);
     for (int p = 0; p < packs; ++p) n[p] = -section_mass<Space>(rod, p) * n[p];
     if constexpr (Space::segment) ends->base.force = (1.0 / rod.length) * node_sum<packs>(grid, widen<packs>(n));

@@ -40,10 +40,9 @@ Wrench tip_body_variation(const TipBody& body, const SectionMotion& tip, const V
   const Spin spin{transpose_times(tip.R, tip.omega), transpose_times(tip.R, tip.alpha)};
   const Vec3 d_omega = transpose_times(tip.R, d.omega - cross(d.theta, tip.omega));
   const Vec3 d_alpha = transpose_times(tip.R, d.alpha - cross(d.theta, tip.alpha));
-  const Vec3 d_rate =
-      scale(J, d_alpha) + cross(d_omega, scale(J, spin.omega)) + cross(spin.omega, scale(J, d_omega));
-  return {d_force, cross(d_arm, force) + cross(arm, d_force) -
-                       cross(d.theta, tip.R * angular_momentum_rate(J, spin)) - tip.R * d_rate};
+  const Vec3 d_rate = scale(J, d_alpha) + cross(d_omega, scale(J, spin.omega)) + cross(spin.omega, scale(J, d_omega));
+  return {d_force, cross(d_arm, force) + cross(arm, d_force) - cross(d.theta, tip.R * angular_momentum_rate(J, spin)) -
+                       tip.R * d_rate};
 }
 
 double tip_body_kinetic(const TipBody& body, const SectionMotion& tip) {

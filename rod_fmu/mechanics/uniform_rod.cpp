@@ -10,8 +10,7 @@
 
 namespace rod {
 
-UniformRod::UniformRod(const Parameters& p, const Section& section)
-    : Rod(p), section_(section.seen_from(frame_)) {
+UniformRod::UniformRod(const Parameters& p, const Section& section) : Rod(p), section_(section.seen_from(frame_)) {
   const Segment& body = p.segment[0];
   const double L = body.length;
   double turns = std::hypot(body.curvature[0], body.curvature[1], body.curvature[2]) * L;
@@ -61,7 +60,7 @@ UniformRod::UniformRod(const Parameters& p, const Section& section)
 }
 
 void UniformRod::residual(const double* q, const double* v, const double* a, const Loads& loads, Workspace& work,
-                   Vector& r) const {
+                          Vector& r) const {
   ++work.evaluations;
   const int n = unknowns();
   r.resize(n);
@@ -127,8 +126,7 @@ void UniformRod::load_derivative(const Workspace& work, const Loads& loads, cons
   const BodyLoads turned = rates.seen_from(frame_);
   dr.setZero(unknowns());
   const auto is_zero = [](const Vec3& a) { return a.x == 0.0 && a.y == 0.0 && a.z == 0.0; };
-  if (!is_zero(turned.gravity) || !is_zero(turned.tip_force) ||
-      !is_zero(turned.tip_moment)) {
+  if (!is_zero(turned.gravity) || !is_zero(turned.tip_force) || !is_zero(turned.tip_moment)) {
     const Quadrature& grid = *constants_.grid;
     const Vec3 weight = (constants_.mass * length() * length()) * turned.gravity;
     NodeArray<Triad<Pack>, kMaxPacks> n, m;

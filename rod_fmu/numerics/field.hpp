@@ -13,7 +13,8 @@ inline constexpr int kMaxPacks = 5;
 inline constexpr int kMaxNodes = kMaxPacks * kPackSize;
 
 /// One number at every node, by packs or by nodes (GCC and Clang define both views of the union). The alignment is that
-/// which functions compiled for AVX rely on; without AVX the compiler takes less, and objects on the heap would lie wrong.
+/// which functions compiled for AVX rely on; without AVX the compiler takes less, and objects on the heap would lie
+/// wrong.
 struct alignas(kPackSize * sizeof(double)) ScalarField {
   union {
     Pack pack[kMaxPacks] = {};

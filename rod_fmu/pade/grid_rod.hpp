@@ -21,9 +21,9 @@
 
 #include "integration/integrator.hpp"
 #include "mechanics/rod.hpp"
-#include "physics/section.hpp"
 #include "pade/frontal_solver.hpp"
 #include "pade/grid_state.hpp"
+#include "physics/section.hpp"
 
 namespace rod {
 
@@ -57,8 +57,8 @@ class GridRod {
   /// One step of length h [s], halved where Newton's method fails. Order 1 in time, 4 along the rod.
   StepOutcome step(const Inputs& u, double h, const GridState& state, GridScratch& scratch) const;
   void outputs(const Loads& loads, const ConstGridState& state, Outputs& y) const;
-  /// Writes force and moment of the clamp on the rod, from the strain at the clamp; damping, which needs the rate of the
-  /// strain, is left out.
+  /// Writes force and moment of the clamp on the rod, from the strain at the clamp; damping, which needs the rate of
+  /// the strain, is left out.
   void clamp_reaction(const Loads& loads, const ConstGridState& state, Outputs& y) const;
 
  private:
@@ -78,10 +78,10 @@ class GridRod {
   Section section_;
   std::vector<TcaLaw> laws_;
   Closure closure_ = Closure::inside;
-  std::vector<double> weight_;                                 // of the integral over s [m]
+  std::vector<double> weight_;                                    // of the integral over s [m]
   std::vector<std::array<pade::Vector3, kMaxTcas>> r_, r_slope_;  // routing and its derivative [m, 1]
-  pade::TcaVector reference_length_;                           // m
-  double period_ = 0.0;                                        // time scale of the first bending mode [s]
+  pade::TcaVector reference_length_;                              // m
+  double period_ = 0.0;                                           // time scale of the first bending mode [s]
 };
 
 }  // namespace rod

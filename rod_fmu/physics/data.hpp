@@ -31,11 +31,11 @@ using PerTca = std::array<T, kMaxTcas>;
 
 /// One TCA: its routing through the body, and its law.
 struct Tca {
-  double azimuth = 0.0;                      // rad, at the clamp
-  double helix = 0.0;                        // rad/m, twist of the routing along the rod
-  double offset = 2.5e-3;                    // m, distance from the centreline at the start of its span
-  double offset_end = 2.5e-3;                // m, at the end; linear between
-  int first_segment = 1, last_segment = 1;   // its span
+  double azimuth = 0.0;                     // rad, at the clamp
+  double helix = 0.0;                       // rad/m, twist of the routing along the rod
+  double offset = 2.5e-3;                   // m, distance from the centreline at the start of its span
+  double offset_end = 2.5e-3;               // m, at the end; linear between
+  int first_segment = 1, last_segment = 1;  // its span
   Law law = Law::wire;
   Pitch pitch = Pitch::frozen;
   double wire_length = 130e-3;     // m
@@ -57,18 +57,17 @@ struct Tca {
 
 /// One segment of the body, between two cross-sections.
 struct Segment {
-  double length = 40e-3;       // m
-  double radius = 5e-3;        // m, at its start
-  double radius_end = 5e-3;    // m, at its end; linear between
-  double E = 37.8e3;           // Pa
-  double nu = 0.5;             // 1
-  double rho = 1040.0;         // kg/m3
-  double shear_factor = 1.0;   // 1
-  double retardation = 0.0;    // s, Kelvin-Voigt: damping = retardation * stiffness
-  std::array<double, 6> stiffness{1, 1, 1,
-                                  1, 1, 1};  // N.m2 (x, y, z), N (x, y, z): bending, torsion; shear, axial
-  Triple curvature{};                        // 1/m, of the unloaded body
-  int order = 4;                             // degree of the strain polynomials
+  double length = 40e-3;                              // m
+  double radius = 5e-3;                               // m, at its start
+  double radius_end = 5e-3;                           // m, at its end; linear between
+  double E = 37.8e3;                                  // Pa
+  double nu = 0.5;                                    // 1
+  double rho = 1040.0;                                // kg/m3
+  double shear_factor = 1.0;                          // 1
+  double retardation = 0.0;                           // s, Kelvin-Voigt: damping = retardation * stiffness
+  std::array<double, 6> stiffness{1, 1, 1, 1, 1, 1};  // N.m2 (x, y, z), N (x, y, z): bending, torsion; shear, axial
+  Triple curvature{};                                 // 1/m, of the unloaded body
+  int order = 4;                                      // degree of the strain polynomials
   Strains strains = Strains::cosserat;
 };
 
@@ -109,11 +108,11 @@ struct Parameters {
 
   /// Gives every segment, or every TCA, the same value of a quantity.
   template <class Value>
-  void set(Value Segment::* quantity, std::type_identity_t<Value> value) {
+  void set(Value Segment::*quantity, std::type_identity_t<Value> value) {
     for (Segment& each : segment) each.*quantity = value;
   }
   template <class Value>
-  void set(Value Tca::* quantity, std::type_identity_t<Value> value) {
+  void set(Value Tca::*quantity, std::type_identity_t<Value> value) {
     for (Tca& each : tca) each.*quantity = value;
   }
   /// Length of the body [m].
@@ -136,7 +135,7 @@ struct Parameters {
 };
 
 struct Inputs {
-  std::size_t tcas = core::kDefaultTcas;                    // TCAs and stations whose inputs are used
+  std::size_t tcas = core::kDefaultTcas;  // TCAs and stations whose inputs are used
   std::size_t stations = 0;
   PerTca<Polynomial> T = filled(298.15);   // K
   PerTca<Polynomial> delta_guess{};        // m, used when closure = exchanged
@@ -163,12 +162,12 @@ struct Outputs {
   Triple tip_v{};                                    // m/s
   Triple base_force{}, base_moment{};                // N, N.m: of the clamp on the rod
   double energy_elastic = 0, energy_tca = 0, energy_kinetic = 0, energy_gravity = 0, energy_dissipated = 0;  // J
-  double spatial_error = 0;                    // m, estimate, of the strain polynomials
-  double evaluations = 0;                      // 1, number of evaluations of the residual so far
-  double out_of_plane = 0;                     // 1, largest strain that forces across the plane of a planar
-                                               // rod would cause
-  std::array<Triple, kShapeStations> shape{};      // m
-  std::array<Triple, kShapeStations> shape_v{};    // m/s
+  double spatial_error = 0;                      // m, estimate, of the strain polynomials
+  double evaluations = 0;                        // 1, number of evaluations of the residual so far
+  double out_of_plane = 0;                       // 1, largest strain that forces across the plane of a planar
+                                                 // rod would cause
+  std::array<Triple, kShapeStations> shape{};    // m
+  std::array<Triple, kShapeStations> shape_v{};  // m/s
 };
 
 struct Data {

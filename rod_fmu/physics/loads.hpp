@@ -17,8 +17,8 @@ struct BodyLoads {
 
 /// Vectors are in the fixed frame.
 struct Loads : BodyLoads {
-  PerTca<double> T{};            // K
-  PerTca<double> delta_guess{};  // m
+  PerTca<double> T{};                       // K
+  PerTca<double> delta_guess{};             // m
   std::array<Vec3, kShapeStations> load{};  // force per length at the stations [N/m]
 
   /// Weight and tip wrench in the axes of this frame.

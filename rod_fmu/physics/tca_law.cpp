@@ -57,8 +57,7 @@ double TcaLaw::stroke_slope(double T) const {
 Tension TcaLaw::tension(double delta, double T) const {
   const double stroke = free_stroke(T), slope = stroke_slope(T);
   if (law_ == Law::measured) return measured_tension(delta, T);
-  if (pitch_ == Pitch::frozen)
-    return {stiffness_ * (delta - stroke), stiffness_, -stiffness_ * slope};
+  if (pitch_ == Pitch::frozen) return {stiffness_ * (delta - stroke), stiffness_, -stiffness_ * slope};
   const double x = sin_a0_ + delta / wire_;
   if (!(std::abs(x) < 1.0)) return {NAN, NAN, NAN};
   const Coil c = coil(x);
@@ -82,8 +81,7 @@ TetheredForce TcaLaw::tethered(double delta, double phi, double T) const {
 
 double TcaLaw::tethered_energy(double delta, double phi, double T) const {
   const TetheredForce force = tethered(delta, phi, T);
-  return 0.5 * (force.N * (delta - free_stroke(T)) +
-                force.Q * (phi - handedness_ * free_twist_ * free_stroke(T)));
+  return 0.5 * (force.N * (delta - free_stroke(T)) + force.Q * (phi - handedness_ * free_twist_ * free_stroke(T)));
 }
 
 namespace {

@@ -40,7 +40,6 @@ class TcaLaw {
   /// Law of TCA i of a body.
   TcaLaw(const Parameters& p, std::size_t i) : TcaLaw(p.tca[i], p.span_of(i), p.T_0) {}
 
-
   /// Tension at displacement delta [m] and temperature T [K]; NaN where delta exceeds what the wire's length allows.
   Tension tension(double delta, double T) const;
   /// Displacement of the unloaded TCA of reference pitch at T [K], chi f2 tau(T) [m].
@@ -70,10 +69,10 @@ class TcaLaw {
   Law law_ = Law::wire;
   Pitch pitch_ = Pitch::frozen;
   double stiffness_ = 0.0;
-  double gain_ = 0.0;       // wire: chi R cos(a0) phi0 [m]; measured: chi stroke [m/K]
-  double expansion_ = 0.0;  // rho_T [1/K]
-  double stiffening_ = 0.0, gain_slope_ = 0.0;                           // k2 [N/m2], chi c2 [m/K2]
-  double stop_ = 0.0, stop_width_ = 1.0, stop_stiffness_ = 0.0;          // m, m, N/m
+  double gain_ = 0.0;                           // wire: chi R cos(a0) phi0 [m]; measured: chi stroke [m/K]
+  double expansion_ = 0.0;                      // rho_T [1/K]
+  double stiffening_ = 0.0, gain_slope_ = 0.0;  // k2 [N/m2], chi c2 [m/K2]
+  double stop_ = 0.0, stop_width_ = 1.0, stop_stiffness_ = 0.0;  // m, m, N/m
   double T_0_ = 0.0;
   double wire_ = 0.0, sin_a0_ = 0.0;  // wire length l [m], sine of the reference pitch angle
   // Terms of f1 without their powers of sin a and cos a [m/N]: l (R/cos a)^2/(G J), l (R/cos a)^2/(E I), l/(E A), l/(G

@@ -55,8 +55,8 @@ void kernels() {
       bench.state.q.setZero();
       bench.solve_equilibrium();
     });
-    std::printf("%6d %5d %8d %9.2f %8.2f %7.2f %12.2f %13.2f\n", p.planar, p.segment[0].order, n, t_residual, t_tangent, t_factor,
-                t_newton, t_static);
+    std::printf("%6d %5d %8d %9.2f %8.2f %7.2f %12.2f %13.2f\n", p.planar, p.segment[0].order, n, t_residual, t_tangent,
+                t_factor, t_newton, t_static);
   }
 }
 

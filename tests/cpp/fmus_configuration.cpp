@@ -39,7 +39,7 @@ TEST(Configuration, NamesWhatItRefuses) {
       {"tcas", "tcas = ''"},
       {"tcas 3.5", "tcas = '3.5'"},
       {"segments 7", "allowed: 1 to 6"},
-      {"\nsize 3", "line 2: unknown entry 'size'; allowed: tcas, segments, states, start"},
+      {"\nsize 3", "line 2: unknown entry 'size'; allowed: tcas, segments, ports, states, start"},
       {"states some", "allowed: all, moving"},
       {"start mass", "needs the name of a variable and a value"},
       {"tcas 3 4", "'4' is too much"},

@@ -68,8 +68,11 @@ TEST(RodPadeNode, DerivativesAreExact) {
                               .mass = 0.7};
   section.inertia.tail<3>().setConstant(0.4);  // a mass is the same in all directions
   for (double spin : {1e-3, 1.0}) {            // both forms of the rotation's coefficients
-    pade::PreviousNode before{
-        .z = pade::NodeVector::Random(), .gravity = pade::Vector3::Random(), .stretch = pade::TcaVector::Ones(kTcaDim), .r = {}, .r_slope = {}};
+    pade::PreviousNode before{.z = pade::NodeVector::Random(),
+                              .gravity = pade::Vector3::Random(),
+                              .stretch = pade::TcaVector::Ones(kTcaDim),
+                              .r = {},
+                              .r_slope = {}};
     for (std::size_t i = 0; i < 3; ++i)
       before.r[i] = 0.1 * pade::Vector3::Random(), before.r_slope[i] = 0.1 * pade::Vector3::Random();
     pade::NodeVector z = pade::NodeVector::Random();

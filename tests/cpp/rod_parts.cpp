@@ -174,3 +174,48 @@ TEST(RodParts, OutputsOfALookAreThoseBehindTheResidual) {
               std::tuple(whole.energy_kinetic, whole.energy_gravity, whole.energy_tca, whole.out_of_plane));
   }
 }
+
+TEST(RodTca, ContactOfTheCoilsDerivesFromAPotential) {
+  Parameters p;
+  p.set(&Tca::law, Law::measured), p.set(&Tca::stiffening, 400.0), p.set(&Tca::stroke_curvature, 1e-6);
+  p.set(&Tca::stop, -5e-3), p.set(&Tca::stop_width, 2e-3), p.set(&Tca::stop_stiffness, 300.0);
+  const TcaLaw law(p, 0);
+  for (double delta : {-12e-3, -7e-3, -6e-3, -4.5e-3, -2e-3, 5e-3}) {
+    const double T = 330.0, e = 1e-6;
+    const Tension N = law.tension(delta, T), ahead = law.tension(delta + e, T), behind = law.tension(delta - e, T);
+    EXPECT_NEAR((law.energy(delta + e, T) - law.energy(delta - e, T)) / (2 * e), N.value, 1e-7) << delta;
+    EXPECT_NEAR((ahead.value - behind.value) / (2 * e), N.per_delta, 1e-5 * N.per_delta) << delta;
+    const double eT = 1e-3;
+    EXPECT_NEAR((law.tension(delta, T + eT).value - law.tension(delta, T - eT).value) / (2 * eT), N.per_T, 1e-7)
+        << delta;
+  }
+  p.set(&Tca::stop_stiffness, 0.0);
+  EXPECT_EQ(TcaLaw(p, 0).tension(-1e-3, 330.0).value, law.tension(-1e-3, 330.0).value) << "one-sided";
+}
+
+TEST(RodTca, MeasuredLawFitsMeasuredLengths) {
+  // Type 1-180 of Sun et al., Soft Robotics 8(2), 2021, Fig. 4: lengths under 0 to 50 g, 30 to 148 degC, read to +-0.7
+  // mm. One set of parameters for all loads and temperatures.
+  Parameters p;
+  p.T_0 = 303.15;
+  p.set(&Tca::law, Law::measured), p.set(&Tca::chirality, -1);
+  p.set(&Tca::stiffness, 2.506), p.set(&Tca::stiffening, 148.0);
+  p.set(&Tca::stroke, 1.499e-4), p.set(&Tca::stroke_curvature, 1.775e-6);
+  p.set(&Tca::stop, -12.6e-3), p.set(&Tca::stop_width, 6e-3), p.set(&Tca::stop_stiffness, 30.3);
+  const TcaLaw law(p, 0);
+  const double length = 88.29e-3;  // without load at T_0
+  double sum = 0.0, largest = 0.0;
+  int count = 0;
+  for (const std::vector<double>& row : rod_test::read_csv("tca_length_over_temperature.csv"))
+    for (int column = 1; column <= 6; ++column) {
+      if (row[column] == 0.0) continue;  // not measured
+      const double load = (60.0 - 10.0 * column) * 1e-3 * 9.81, T = row[0] + 273.15;
+      double low = law.free_stroke(T) - 5e-3, high = 0.1;
+      for (int i = 0; i < 60; ++i) (law.tension(0.5 * (low + high), T).value < load ? low : high) = 0.5 * (low + high);
+      const double error = length + low - 1e-3 * row[column];
+      sum += error * error, largest = std::max(largest, std::abs(error)), ++count;
+    }
+  EXPECT_GT(count, 70);
+  EXPECT_LT(std::sqrt(sum / count), 0.7e-3);
+  EXPECT_LT(largest, 2.5e-3);
+}

@@ -51,7 +51,8 @@ TEST(RodPlanar, EqualsTheSpatialRodInEverySymmetryPlane) {
     for (int order : {0, 3, 4, 6})
       for (double plane : {0.0, third, -0.5 * third}) {
         Parameters p;
-        p.set(&Segment::strains, strains), p.set(&Segment::order, order), p.plane = plane, p.set(&Segment::retardation, 2e-3);
+        p.set(&Segment::strains, strains), p.set(&Segment::order, order), p.plane = plane,
+                                                                          p.set(&Segment::retardation, 2e-3);
         p.set(&Segment::curvature, {-8.0 * std::sin(plane), 8.0 * std::cos(plane), 0.0});
         Bench spatial(p);
         p.planar = true;

@@ -25,7 +25,12 @@ extern std::size_t allocations;
 
 struct Bench {
   explicit Bench(const rod::Parameters& p)
-      : parameters(p), inputs(inputs_of(p)), owner(rod::make_rod(p)), rod(*owner), memory(rod::State::size(rod.unknowns())), state(memory.data(), rod.unknowns()) {}
+      : parameters(p),
+        inputs(inputs_of(p)),
+        owner(rod::make_rod(p)),
+        rod(*owner),
+        memory(rod::State::size(rod.unknowns())),
+        state(memory.data(), rod.unknowns()) {}
 
   rod::Outputs outputs() {
     rod::Outputs y;
