@@ -253,6 +253,14 @@ def test_values_without_nominals_couple_by_default(size: float) -> None:
     assert plant.values()[0] == pytest.approx(reference[0].values()[0], abs=1e-6)
 
 
+def test_explicit_coupling_follows_values_without_nominals_as_they_grow() -> None:
+    """x' = 3 x to 1.6e5: each step is off by 1e-3 of the value, in the end by far more than 10 of the first nominal."""
+    (plant, law), connections = dahlquist(-4.0)
+    plant.outputs, law.outputs = (Port("x", has_nominal=False),), (Port("u", has_nominal=False),)
+    couple([plant, law], connections, 4.0, 0.02, method=None)
+    assert plant.values()[0] == pytest.approx(math.exp(12.0), rel=0.05)
+
+
 def test_without_nominals_a_loop_that_starts_at_zero_jumps_to_its_size() -> None:
     """Nothing acts for 0.2 s, then 1e5 N at once: neither the zero before nor the jump stop the iteration."""
     plant = linear("plant", [-1], [[1e-5, 1e-5]], [1], [0, 0], [0], "u load", "x")

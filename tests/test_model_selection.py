@@ -5,10 +5,13 @@ from __future__ import annotations
 import contextlib
 import json
 import math
+import time
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
+from fmu_maker import make_fmu, real
 from scipy.integrate import solve_ivp
 from tca_cosim import CosimError, read
 from tca_cosim import scene as scenes
@@ -241,10 +244,23 @@ def test_time_steps_come_down_where_there_are_any(moved: float, lowered: tuple[i
 
 def test_a_tolerance_that_no_level_meets() -> None:
     short = (ModelHierarchy("order", "space", None, ({},) * 3),)
-    runs = Known(order=1.0)
+    runs, tried = Known(order=1.0), []
     runs.difference = lambda choice, better, stop: 0.5
     with pytest.raises(CosimError, match=r"no level meets the tolerance 0\.001: .* off by 0\.5 of the range"):
-        refine(runs, short, {"order": 0}, 1e-3, 1.0, lambda c, e: None)
+        refine(runs, short, {"order": 0}, 1e-3, 1.0, lambda c, e: tried.append(c["order"]))
+    assert tried == [0, 1]  # level 2 is there for comparison only
+
+
+def test_hierarchies_are_those_of_the_models_that_a_scene_has(tmp_path: Path) -> None:
+    whole = {h.name for h in model_hierarchies(read("step")) if h.model is not None}
+    heat = {"fmus": {"thermal": "thermal.fmu"}, "connections": [], "stop_time": 1.0}
+    found = {h.name: h.model for h in model_hierarchies(read(heat))}
+    assert {model for model in found.values() if model} == {"thermal"}
+    assert {name for name, model in found.items() if model} < whole
+    assert "macro" in found
+    make_fmu(tmp_path / "thermal.fmu", [real("u", "input", start=0), real("y")])  # of that name, without its settings
+    other = {**heat, "fmus": {"thermal": str(tmp_path / "thermal.fmu")}}
+    assert not [h.name for h in model_hierarchies(read(other)) if h.model is not None]
 
 
 def test_what_no_run_can_tell_is_not_known() -> None:
@@ -291,7 +307,9 @@ def test_a_run_goes_on_where_it_was() -> None:
         contextlib.closing(ResumableRun(apply_choice(scene, choice))) as whole,
         contextlib.closing(RunCache(scene)) as runs,
     ):
+        begin = time.thread_time()
         assert not whole.advance_to(0.1, limit=0.0)
+        assert 0.0 < whole.cost <= time.thread_time() - begin
         assert whole.result.sizes["time"] == 2  # stopped behind the first step
         assert whole.advance_to(0.1)
         early = runs(choice, 0.04).trajectory(runs.quantities, 0.04)

@@ -108,7 +108,7 @@ def rise_time(signal: Signal) -> float:
 def is_unheated(scene: Scene) -> bool:
     """Whether temperatures stay constant exactly: no voltage at any time, everything at ambient temperature."""
     thermal = scene.model(THERMAL)
-    if thermal is None:
+    if thermal is None or VOLTAGE not in thermal.archive.vectors:  # another FMU of that name
         return False
     driven = [*thermal.archive.vectors[VOLTAGE], AMBIENT]
     if any(connection.target == (thermal.name, name) for connection in scene.connections for name in driven):
