@@ -17,6 +17,7 @@ HALO = "stroke='white' stroke-width='3' paint-order='stroke'"  # keeps labels re
 # Packages of orchestration/ from the command line down; a package imports only from rows below its own.
 LAYERS: tuple[tuple[tuple[str, str], ...], ...] = (
     (("cli", "command tca-cosim"),),
+    (("control", "observers, controllers, environment"),),
     (("planning", "voltages for a wanted path"), ("identification", "parameters from data")),
     (("linear", "linear models"),),
     (("stepping", "a scene stepped from outside"),),

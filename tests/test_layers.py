@@ -24,6 +24,7 @@ ORDER = (
     ("stepping",),
     ("linear",),
     ("planning", "identification"),
+    ("control",),
     ("cli",),
 )
 RANK = {name: rank for rank, layer in enumerate(ORDER) for name in layer}

@@ -24,7 +24,7 @@ from .heat import HeatModel
 from .limits import PlanLimits
 from .rod import StaticRod
 
-__all__ = ["PathProblem", "Solution"]
+__all__ = ["SMOOTHING", "PathProblem", "Solution", "solve_quadratic_program"]
 
 SMOOTHING = 1e-6  # e: weight of changes of the power, against chatter where the path does not decide
 MAX_ITERATIONS = 30
@@ -271,10 +271,10 @@ class PathProblem:
             rows.append((cut.row * largest)[None])
             bounds.append(np.array([cut.bound - cut.row @ (share.ravel() * largest)]))
         rates = self._rate_rows(share) if np.isfinite(self.limits.voltage_rate) else []
-        x = _solve(H, g, share.ravel(), rows + [r for r, _ in rates], bounds + [b for _, b in rates])
+        x = solve_quadratic_program(H, g, share.ravel(), rows + [r for r, _ in rates], bounds + [b for _, b in rates])
         if x is None and rates:
             # An excess that the linearisation left need not be made up at once, see _slowed.
-            x = _solve(
+            x = solve_quadratic_program(
                 H, g, share.ravel(), rows + [r for r, _ in rates], bounds + [np.maximum(b, 0.0) for _, b in rates]
             )
         if x is None:
@@ -295,7 +295,7 @@ class PathProblem:
         return [(sign * change * slope, most - sign * now) for sign in (1.0, -1.0)]
 
 
-def _solve(
+def solve_quadratic_program(
     H: np.ndarray, g: np.ndarray, share: np.ndarray, rows: list[np.ndarray], bounds: list[np.ndarray]
 ) -> np.ndarray | None:
     """Return x of min 1/2 x H x + g x with rows x <= bounds and 0 <= share + x <= 1; None where there is none."""

@@ -1,0 +1,128 @@
+"""An extended Kalman filter for the temperatures of the manipulator.
+
+States are the modes x of the heat model and a relative error e of each TCA's power, a random walk, which takes up a
+wrong resistance and what else heats or cools:
+
+    x_{k+1} = F x_k + G (1 + e_k) P_k + f,    e_{k+1} = e_k.
+
+Measured are mean temperatures, or the resistances R_i (1 + alpha (T_i - T_ref) + beta delta_i(T)/L), in which the rod's
+equilibrium gives the displacements (self-sensing). The covariance is updated in Joseph's form (Simon, Optimal State
+Estimation, 2006, sections 5.1 and 13.2).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..planning.heat import HeatModel
+from ..planning.rod import StaticRod
+
+__all__ = ["HeatObserver", "ObserverNoise"]
+
+
+@dataclass(frozen=True)
+class ObserverNoise:
+    """Standard deviations.
+
+    Attributes
+    ----------
+    power : float
+        Of the relative error of a power at the start.
+    power_drift : float
+        Of its change per root of a second.
+    temperature : float
+        Of what the heat model leaves out of each mode, per root of a second [K].
+    """
+
+    power: float = 0.3
+    power_drift: float = 0.02
+    temperature: float = 0.02
+
+
+class HeatObserver:
+    """Estimates the temperatures step by step.
+
+    Parameters
+    ----------
+    heat : HeatModel
+    rod : StaticRod
+        Its last N outputs are the displacements of the N TCAs.
+    step : float
+        Time between measurements [s].
+    noise : ObserverNoise, optional
+
+    Attributes
+    ----------
+    x : ndarray, shape (n,)
+        Modes [K].
+    error : ndarray, shape (N,)
+        Relative errors of the powers.
+    """
+
+    def __init__(self, heat: HeatModel, rod: StaticRod, step: float, noise: ObserverNoise | None = None) -> None:
+        noise = noise or ObserverNoise()
+        self.heat, self.rod = heat, rod
+        model = heat.at_knots(step, 1)
+        self._F, self._G, self._f = model.F, model.G, model.f
+        n, N = self._G.shape
+        self.x, self.error = np.zeros(n), np.zeros(N)
+        self._P = np.diag(np.concatenate([np.zeros(n), np.full(N, noise.power**2)]))
+        drift = np.concatenate([np.full(n, noise.temperature**2), np.full(N, noise.power_drift**2)])
+        self._Q = step * np.diag(drift)
+        self._seen = np.hstack([heat.C, np.zeros((N, N))])
+
+    @property
+    def temperatures(self) -> np.ndarray:
+        """Estimated mean temperatures (N,) [K]."""
+        return np.asarray(self.heat.T_start + self.heat.C @ self.x)
+
+    @property
+    def displacements(self) -> np.ndarray:
+        """Estimated displacements (N,) [m]."""
+        return self.rod.outputs(self.temperatures[None])[0][-len(self.error) :]
+
+    def resistances(self) -> np.ndarray:
+        """Return the estimated resistances (N,) [ohm]."""
+        q = self.heat.parameters
+        R = np.array(q.resistance)
+        if not (any(q.alpha) or any(q.beta)):
+            return R
+        strain = self.displacements / q.geometry.length
+        return np.asarray(R * (1.0 + np.array(q.alpha) * (self.temperatures - q.T_ref) + np.array(q.beta) * strain))
+
+    def predict(self, voltages: np.ndarray) -> None:
+        """Go one step on, with voltages (N,) [V] during it."""
+        N, n = len(self.error), len(self.x)
+        powers = np.asarray(voltages) ** 2 / self.resistances()
+        self.x = self._F @ self.x + self._G @ ((1.0 + self.error) * powers) + self._f
+        transition = np.block([[self._F, self._G * powers], [np.zeros((N, n)), np.eye(N)]])
+        self._P = transition @ self._P @ transition.T + self._Q
+
+    def measure_temperatures(self, values: np.ndarray, deviation: float) -> None:
+        """Take in measured temperatures (N,) [K] of that standard deviation [K]."""
+        self._update(np.asarray(values) - self.temperatures, self._seen, deviation)
+
+    def measure_resistances(self, values: np.ndarray, deviation: float) -> None:
+        """Take in measured resistances (N,) [ohm] of that standard deviation [ohm]; nan where there is none."""
+        q, N = self.heat.parameters, len(self.error)
+        T = self.temperatures
+        outputs, tangents = self.rod.linear(T[None])
+        R_0 = np.array(q.resistance)
+        alpha, relative = np.array(q.alpha), np.array(q.beta) / q.geometry.length
+        predicted = R_0 * (1.0 + alpha * (T - q.T_ref) + relative * outputs[0][-N:])
+        slopes = R_0[:, None] * (np.diag(alpha) + relative[:, None] * tangents[0][-N:])
+        there = np.isfinite(values)
+        self._update((values - predicted)[there], (slopes @ self._seen)[there], deviation)
+
+    def _update(self, innovation: np.ndarray, H: np.ndarray, deviation: float) -> None:
+        if not innovation.size:
+            return
+        noise = deviation**2 * np.eye(innovation.size)
+        K = np.linalg.solve(H @ self._P @ H.T + noise, H @ self._P).T
+        n = len(self.x)
+        change = K @ innovation
+        self.x, self.error = self.x + change[:n], self.error + change[n:]
+        left = np.eye(len(change)) - K @ H
+        self._P = left @ self._P @ left.T + K @ noise @ K.T

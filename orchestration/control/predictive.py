@@ -1,0 +1,115 @@
+"""Nonlinear model-predictive control of outputs of the rod, such as its tip.
+
+At each update the plan of a path (planning.problem) is solved over a moving horizon, with one quadratic program per
+update (the real-time iteration of Diehl et al., SIAM J. Control Optim. 43, 2005): the powers of the last update, moved
+on, are the point of linearisation. Between updates an observer follows the temperatures and the errors of the powers;
+the difference between measured and predicted outputs, filtered, is taken to stay (offset-free control).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from ..planning.heat import HeatModel
+from ..planning.limits import PlanLimits
+from ..planning.problem import SMOOTHING, solve_quadratic_program
+from ..planning.rod import StaticRod
+from .observer import HeatObserver
+
+__all__ = ["PredictiveController"]
+
+REFERENCE_FILTER = 0.3  # share of a new difference between measured and predicted outputs that is taken over
+MARGIN = 0.5  # [K] kept from the limit of the mean temperatures: what noise makes of it in an update
+
+
+class PredictiveController:
+    """Chooses voltages so that outputs follow a path.
+
+    Parameters
+    ----------
+    heat : HeatModel
+    rod : StaticRod
+        Its first p outputs are controlled, its last N are the displacements.
+    path : callable
+        Wanted outputs (k, p) at times (k,) [s].
+    limits : PlanLimits
+        Of voltages and mean temperatures.
+    step : float
+        Time between updates [s].
+    horizon : float
+        How far it looks ahead [s].
+    knots : int
+        Intervals of constant power in the horizon.
+    scale : float
+        Size of the outputs, in which errors are weighed.
+    """
+
+    def __init__(
+        self,
+        heat: HeatModel,
+        rod: StaticRod,
+        path: Callable[[np.ndarray], np.ndarray],
+        limits: PlanLimits,
+        step: float = 0.1,
+        horizon: float = 10.0,
+        knots: int = 20,
+        scale: float = 1e-2,
+    ) -> None:
+        self.heat, self.rod, self.path, self.limits, self.step, self.scale = heat, rod, path, limits, step, scale
+        self.observer = HeatObserver(heat, rod, step)
+        self._distance = horizon / knots
+        model = heat.at_knots(self._distance, knots)
+        self._model = model
+        N = self.observer.error.size
+        Phi = np.zeros((knots, N, knots, N))
+        for k in range(knots):
+            Phi[k, :, : k + 1] = model.response[k::-1].transpose(1, 0, 2)
+        self._Phi = Phi.reshape(knots * N, knots * N)
+        self.shape = (knots, N)
+        differences = np.diff(np.eye(knots), axis=0)
+        self._S = SMOOTHING * np.kron(differences.T @ differences, np.eye(N))
+        self._largest = limits.voltage**2 / np.array(heat.parameters.resistance)
+        self._share = np.full(self.shape, 0.01)
+        self._difference: np.ndarray | None = None
+
+    def measure(self, outputs: np.ndarray, temperatures: np.ndarray, deviation: float) -> None:
+        """Take in measured outputs (p,) and temperatures (N,) [K], the latter of that standard deviation [K]."""
+        self.observer.measure_temperatures(temperatures, deviation)
+        predicted = self.rod.outputs(self.observer.temperatures[None])[0][: len(outputs)]
+        new = outputs - predicted
+        old = new if self._difference is None else self._difference
+        self._difference = old + REFERENCE_FILTER * (new - old)
+
+    def update(self, time: float) -> np.ndarray:
+        """Return the voltages (N,) [V] from `time` [s] to the next update, and let the observer go on to it."""
+        knots, N = self.shape
+        ahead = time + self._distance * np.arange(1, knots + 1)
+        scale = self._largest * (1.0 + self.observer.error)  # power that a share of 1 really has
+        rest = np.empty(self.shape)
+        x = self.observer.x
+        for k in range(knots):
+            x = self._model.F @ x + self._model.f
+            rest[k] = self.heat.T_start + self.heat.C @ x
+        Phi = self._Phi * np.tile(scale, knots)
+        moved = self.step / self._distance
+        share = (1.0 - moved) * self._share + moved * np.vstack([self._share[1:], self._share[-1:]])
+        T = rest + (Phi @ share.ravel()).reshape(self.shape)
+        outputs, tangents = self.rod.linear(T, ahead)
+        wanted = self.path(ahead)
+        p = wanted.shape[1]
+        bias = 0.0 if self._difference is None else self._difference
+        error = ((outputs[:, :p] + bias - wanted) / self.scale).ravel()
+        size = knots * N
+        M = np.einsum("kpn,knm->kpm", tangents[:, :p], Phi.reshape(knots, N, size)).reshape(-1, size) / self.scale
+        H, g = M.T @ M + self._S, M.T @ error + self._S @ share.ravel()
+        room = np.maximum(self.limits.temperature - MARGIN - T.ravel(), -Phi.sum(axis=1) * share.mean())
+        step = solve_quadratic_program(H, g, share.ravel(), [Phi], [room])
+        if step is None:  # hotter than the limit allows: cool
+            step = -share.ravel()
+        self._share = np.clip(share + step.reshape(self.shape), 0.0, 1.0)
+        powers = self._share[0] * self._largest
+        voltages = np.minimum(np.sqrt(powers * self.observer.resistances()), self.limits.voltage)
+        self.observer.predict(voltages)
+        return voltages

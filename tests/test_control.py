@@ -1,0 +1,104 @@
+"""Observers, controllers against disturbed plants, and the environment."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import tca_cosim as tca
+from tca_cosim.control import HeatObserver, LinearController, PredictiveController
+from tca_cosim.linear import balanced_truncation
+from tca_cosim.linear.linearisation import linearise_now
+from tca_cosim.planning import PlanLimits
+from tca_cosim.planning.heat import HeatModel
+from tca_cosim.planning.rod import StaticRod
+
+DISPLACEMENTS = ("delta[1]", "delta[2]", "delta[3]")
+
+
+def test_displacements_are_seen_in_the_resistances_alone() -> None:
+    """Scene sine, resistances with a noise of 0.1 %, which alone is 0.4 mm; the model's powers are 20 % wrong."""
+    scene = tca.read("sine", {"thermal.tca.beta": 0.1, "rod.closure": "inside"})
+    random, noise, errors = np.random.default_rng(0), 6.9e-3, []
+    with HeatModel(scene) as heat, StaticRod(scene, DISPLACEMENTS) as rod, tca.Simulation(scene) as plant:
+        observer = HeatObserver(heat, rod, 0.1)
+        observer.error[:] = 0.2
+        for k in range(1, 301):
+            before = plant["thermal.V"]
+            plant.step(0.1 * k)
+            V = plant["thermal.V"]
+            observer.predict(0.5 * (before + V))
+            R = np.full(3, np.nan)
+            flows = V > 0.2  # else there is no current to measure
+            R[flows] = V[flows] ** 2 / plant["thermal.P"][flows] + noise * random.standard_normal(flows.sum())
+            observer.measure_resistances(R, noise)
+            errors.append(observer.displacements - plant["rod.delta"])
+    assert np.sqrt(np.mean(np.square(errors))) < 0.2e-3  # 0.05 mm measured
+
+
+@pytest.mark.slow
+def test_predictive_control_follows_a_circle_with_a_wrong_plant() -> None:
+    model = tca.read("step", {"rod.closure": "inside", "rod.order": 0})
+    wrong = {"thermal.tca.R": [8.28, 5.52, 8.28], "thermal.h": 16.0, "rod.body.E": 45.36e3}
+    settings = {"rod.closure": "inside", "rod.order": 0, "stop_time": 60.0, "thermal.V": 0.0}
+
+    def path(times: np.ndarray) -> np.ndarray:
+        angle, radius = 2.0 * np.pi * (times - 20.0) / 60.0, 8e-3 * np.clip(times / 15.0, 0.0, 1.0)
+        return np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=-1)
+
+    random, errors, hottest = np.random.default_rng(0), [], 0.0
+    with (
+        HeatModel(model) as heat,
+        StaticRod(model, ("tip.p[1]", "tip.p[2]", *DISPLACEMENTS)) as rod,
+        tca.Simulation("step", settings | wrong) as plant,
+    ):
+        controller = PredictiveController(heat, rod, path, PlanLimits(5.0, 373.15, 373.15))
+        for k in range(500):
+            tip = plant["rod.tip.p"][:2] + 1e-4 * random.standard_normal(2)
+            controller.measure(tip, plant["thermal.T"] + 0.2 * random.standard_normal(3), 0.2)
+            voltages = controller.update(0.1 * k)
+            assert 0.0 <= voltages.min() <= voltages.max() <= 5.0
+            plant.step(0.1 * (k + 1), {"thermal.V": voltages})
+            hottest = max(hottest, plant["thermal.T"].max())
+            if k >= 200:
+                errors.append(plant["rod.tip.p"][:2] - path(np.array(plant.time)))
+    assert np.sqrt(np.mean(np.sum(np.square(errors), axis=1))) < 0.5e-3
+    assert hottest < 374.15
+
+
+def test_a_linear_controller_moves_the_tip_and_holds_it() -> None:
+    settings = {"rod.closure": "inside", "thermal.V": [1.0, 1.2, 1.0], "stop_time": 4000.0, "coupling.macro_step": 10.0}
+    with tca.Simulation("step", settings) as plant:
+        plant.step(3000.0)
+        model = linearise_now(plant).select(["thermal.V"], ["rod.tip.p[1]", "rod.tip.p[2]"])
+        reduced = balanced_truncation(model, 6)
+        controller = LinearController(reduced, 0.5, {"rod.tip.p": 1e-3}, {"thermal.V": 0.3})
+        assert np.abs(controller.poles()).max() < 1.0
+        wanted = np.array([0.5e-3, -0.5e-3])
+        controller.set_target(wanted)
+        for k in range(1, 121):
+            plant.step(3000.0 + 0.5 * k, {"thermal.V": controller.update(plant["rod.tip.p"][:2], 0.0, 5.0)})
+        np.testing.assert_allclose(plant["rod.tip.p"][:2] - model.y_0, wanted, atol=0.1e-3)
+    with pytest.raises(tca.SceneError, match=r"no weight for rod\.tip\.p"):
+        LinearController(reduced, 0.5, {"rod.delta": 1.0}, {"thermal.V": 0.3})
+
+
+def test_the_environment_passes_the_checker() -> None:
+    gymnasium = pytest.importorskip("gymnasium")
+    import tca_cosim.control.environment as environment
+    from gymnasium.utils.env_checker import check_env
+
+    environment.register()
+    env = gymnasium.make("tca/Reach-v0")
+    check_env(env.unwrapped, skip_render_check=True)
+    first, _ = env.reset(seed=3)
+    rewards = [env.step(np.array([0.5, -1.0, -1.0], dtype=np.float32))[1] for _ in range(10)]
+    again, _ = env.reset(seed=3)
+    assert (first == again).all()
+    assert rewards == [env.step(np.array([0.5, -1.0, -1.0], dtype=np.float32))[1] for _ in range(10)]
+    env.close()
+    several = gymnasium.make_vec("tca/Reach-v0", 2, vectorization_mode="sync")
+    observations, _ = several.reset(seed=1)
+    assert observations.shape == (2, 7)
+    *_, info = several.step(several.action_space.sample())
+    assert info["distance"].shape == (2,)
+    several.close()
