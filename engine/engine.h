@@ -67,15 +67,19 @@ TCA_EXPORT int tca_batch(const TcaPlan* plan, size_t runs, size_t columns, const
                          const double* inputs, double* outputs, size_t threads, char* failures, size_t length);
 
 typedef struct {
-  size_t steps, misses, allocations; /* of the steps counted; allocations: calls of the C library's allocator in them */
-  double period, worst, worst_lateness; /* [s]; lateness: of the beginning of a step after its due time */
-  int locked, scheduled;                /* whether memory is locked, and whether the thread has a real-time priority */
+  size_t steps, misses;  /* of the steps counted: those that ended after the next one was due */
+  size_t allocations;    /* calls of the allocator in them; 0 where engine/counting.cpp is not loaded */
+  double period;         /* [s]; given */
+  double worst;          /* longest computation of a step [s] */
+  double worst_lateness; /* of the beginning of a step after its due time [s] */
+  int locked, scheduled; /* whether memory is locked, and whether the thread has a real-time priority */
 } TcaTimes;
 
-/* Runs a plan once, each step when it is due: step k at k times `period` [s] after the start, or at once where period
-   is 0. durations: (steps) [s] of each step's computation, or null. Returns 0, or -1 with the reason. */
-TCA_EXPORT int tca_realtime(const TcaPlan* plan, size_t columns, const double* parameters, double period,
-                            double* outputs, double* durations, TcaTimes* times, char* failure, size_t length);
+/* Runs a plan once, each step when it is due: step k at k times the period after the start, or at once where the period
+   is 0. times: period in, the others out; durations: (steps) [s] of each step's computation. Returns 0, or -1 with the
+   reason. */
+TCA_EXPORT int tca_realtime(const TcaPlan* plan, const double* parameters, double* outputs, double* durations,
+                            TcaTimes* times, char* failure, size_t length);
 
 #ifdef __cplusplus
 }

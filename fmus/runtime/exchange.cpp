@@ -17,7 +17,7 @@ constexpr double kPastStop = 0.1;
 void Instance::refresh_rates() {
   if (has_rates_) return;
   std::ranges::fill(rates_, 0.0);
-  if (check_states().is_ok()) require(model_->rates(progress_.time, rates_).at(now()));
+  if (check_states().is_ok()) require_now(model_->rates(progress_.time, rates_));
   has_rates_ = true;
 }
 
@@ -48,8 +48,8 @@ void Instance::set_states(std::span<const double> x) {
 }
 
 void Instance::complete_step() {
-  require(model_->complete_step().at(now()).as_error());
-  if (std::exchange(model_->has_held_back, false)) require(model_->evaluate(progress_.time).at(now()).as_error());
+  require_now(model_->complete_step().as_error());
+  if (std::exchange(model_->has_held_back, false)) require_now(model_->evaluate(progress_.time).as_error());
 }
 
 void Instance::get_states(std::span<double> x) {

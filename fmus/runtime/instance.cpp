@@ -142,7 +142,7 @@ void Instance::refresh(Causality causality) {
     const bool was_silent = std::exchange(model_->is_silent, model_->is_silent || is_trial);
     Status status = model_->evaluate(progress_.time);
     model_->is_silent = was_silent;
-    require(std::move(status).at(now()));
+    require_now(std::move(status));
     progress_.is_evaluated = true;
   }
   if (causality == Causality::state && !has_states_) {
@@ -156,8 +156,12 @@ void Instance::refresh(Causality causality) {
 /// Brings the outputs up to date that are calculated only where a host asks for them.
 void Instance::refresh_on_demand() {
   if (has_demanded_) return;
-  require(model_->evaluate_on_demand(progress_.time).at(now()));
+  require_now(model_->evaluate_on_demand(progress_.time));
   has_demanded_ = true;
+}
+
+void Instance::require_now(Status status) {
+  if (!status.is_ok()) require(std::move(status).at(now()));
 }
 
 std::string Instance::now() const { return "t = " + text(progress_.time) + " s"; }

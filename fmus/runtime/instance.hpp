@@ -110,6 +110,8 @@ class Instance {
   std::vector<double> rates_along(std::span<const Reference> knowns, const double* known);
   void refresh_rates();
   std::string now() const;
+  /// Requires a status, and says when it failed; the time is written only then, for it is allocated.
+  void require_now(Status status);
   void need_states(std::size_t count) const;
   void build();
   Status check_states() const;

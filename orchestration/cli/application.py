@@ -16,7 +16,14 @@ __all__ = ["COMMANDS", "app"]
 
 # Group of the help -> commands -> their modules.
 COMMANDS: dict[str, dict[str, str]] = {
-    "Simulate": {"new": "new", "run": "run", "list": "scenes", "explain": "explain", "export": "export"},
+    "Simulate": {
+        "new": "new",
+        "run": "run",
+        "realtime": "realtime",
+        "list": "scenes",
+        "explain": "explain",
+        "export": "export",
+    },
     "Look at results": {"report": "report", "animate": "animate"},
     "Verify": {"verify": "verify", "monolith": "monolith", "reference": "reference", "paper": "paper"},
     "Study": {

@@ -18,6 +18,7 @@ from ..cosim.communication_points import segments
 from ..cosim.extrapolation import BY_DEGREE, reduce_degree
 from ..cosim.initialization import INSTANT
 from ..cosim.node import Columns, Node
+from ..cosim.signals import Constant
 from ..errors import SceneError, similar
 from ..fmi.archive import Variable, library_path
 from ..fmi.slave import Slave
@@ -241,6 +242,9 @@ class _Builder:
     def _polynomials(self, times: np.ndarray, lengths: np.ndarray) -> np.ndarray:
         polynomials = np.zeros((times.size, ROWS, self.first[-1]))
         for column, node, signal in self._signals():
+            if isinstance(signal, Constant):
+                polynomials[:, 0, column] = signal.value
+                continue
             for k, (time, length) in enumerate(zip(times.tolist(), lengths.tolist(), strict=True)):
                 c = signal.polynomial(time, length)
                 polynomials[k, :, column] = reduce_degree(c, length, node.degree) if node.degree < signal.degree else c
@@ -250,6 +254,9 @@ class _Builder:
         instants = [float(times[0]), *ends.tolist()]
         starts = np.zeros((len(instants), 2, self.first[-1]))
         for column, _, signal in self._signals():
+            if isinstance(signal, Constant):
+                starts[:, 0, column] = signal.value
+                continue
             for k, time in enumerate(instants):
                 starts[k, :, column] = signal.polynomial(time, INSTANT)[:2]
         return starts

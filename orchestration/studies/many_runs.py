@@ -17,6 +17,7 @@ from .. import scene as scenes
 from .. import simulation
 from ..engine import BatchResult
 from ..engine.batch import run_plan
+from ..engine.binding import library
 from ..engine.plan import EnginePlan, expanded
 from ..errors import CosimError, SceneError
 from ..scene import Scene
@@ -43,10 +44,13 @@ class EngineRuns:
     def of(
         cls, scene: Scene, columns: Mapping[str, Sequence[Any]], outputs: Sequence[str], threads: int | None = None
     ) -> EngineRuns | None:
-        """Return what runs a table of parameters, name -> values (runs,), or None where only the master can."""
+        """Return what runs a table of parameters, name -> values (runs,), or None where only the master can.
+
+        So it is where the engine is not built."""
         if not all(_is_plain(scene, name, values) for name, values in columns.items()):
             return None
         try:
+            library()
             plan = EnginePlan.of(scene, list(columns), [], outputs)
         except CosimError:  # the master says why, where that stops it too
             return None

@@ -1,0 +1,97 @@
+// One run in step with the clock: every step begins when it is due, and what it takes is measured.
+#include <algorithm>
+#include <chrono>
+#include <cstring>
+#include <exception>
+#include <thread>
+
+#include "engine.h"
+#include "run.hpp"
+
+#ifdef __linux__
+#include <dlfcn.h>
+#include <pthread.h>
+#include <sched.h>
+#include <sys/mman.h>
+#endif
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using Count = unsigned long (*)();
+
+double seconds(Clock::duration time) { return std::chrono::duration<double>(time).count(); }
+
+// Number of allocations of this thread so far, by counting.cpp where it was loaded before the C library; 0 elsewhere.
+Count allocation_counter() {
+#ifdef __linux__
+  if (void* found = dlsym(RTLD_DEFAULT, "tca_allocations")) return reinterpret_cast<Count>(found);
+#endif
+  return nullptr;
+}
+
+// Memory that is never paged out, and a priority above all ordinary threads, where the system grants them.
+void prepare_thread(TcaTimes& times) {
+  times.locked = times.scheduled = 0;
+#ifdef __linux__
+  times.locked = mlockall(MCL_CURRENT | MCL_FUTURE) == 0;
+  sched_param priority{};
+  priority.sched_priority = sched_get_priority_max(SCHED_FIFO) / 2;
+  times.scheduled = pthread_setschedparam(pthread_self(), SCHED_FIFO, &priority) == 0;
+#endif
+}
+
+void pace(const TcaPlan& plan, engine::Run& run, double* outputs, double* durations, TcaTimes& times,
+          std::string& failure) {
+  prepare_thread(times);
+  const Count count = allocation_counter();
+  const auto period = std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(times.period));
+  const auto start = Clock::now() + period;
+  for (size_t k = 0; k < plan.steps; ++k) {
+    const auto due = start + static_cast<Clock::rep>(k) * period;
+    if (times.period > 0.0) std::this_thread::sleep_until(due);
+    const unsigned long before = count ? count() : 0;
+    const auto begin = Clock::now();
+    if (!run.step(k, outputs + (k + 1) * run.width())) {
+      failure = run.failure();
+      break;
+    }
+    const auto end = Clock::now();
+    ++times.steps;
+    times.allocations += count ? count() - before : 0;
+    durations[k] = seconds(end - begin);
+    times.worst = std::max(times.worst, durations[k]);
+    if (times.period <= 0.0) continue;
+    times.worst_lateness = std::max(times.worst_lateness, seconds(begin - due));
+    if (end > due + period) ++times.misses;
+  }
+#ifdef __linux__
+  if (times.locked) munlockall();
+#endif
+}
+
+}  // namespace
+
+int tca_realtime(const TcaPlan* plan, const double* parameters, double* outputs, double* durations, TcaTimes* times,
+                 char* failure, size_t length) {
+  std::string text;
+  const double period = times->period;
+  *times = {};
+  times->period = period;
+  try {
+    engine::Run run(*plan);
+    if (run.begin(parameters, nullptr, outputs)) {
+      std::fill_n(outputs + run.width(), plan->steps * run.width(), 0.0);  // touched, so that no step does it first
+      std::thread paced([&] { pace(*plan, run, outputs, durations, *times, text); });
+      paced.join();
+    } else {
+      text = run.failure();
+    }
+  } catch (const std::exception& error) {
+    text = error.what();
+  }
+  const size_t size = std::min(text.size(), length - 1);
+  std::memcpy(failure, text.data(), size);
+  failure[size] = '\0';
+  return text.empty() ? 0 : -1;
+}

@@ -1,0 +1,71 @@
+"""tca-cosim realtime: a run in step with the clock."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from .console import out, reported, say, written
+from .options import Folder, Overrides, SceneName
+
+__all__ = ["command"]
+
+SHARES = (50.0, 99.0, 99.9, 99.99)  # [%] of the steps that take no longer than what is printed
+
+
+def command(
+    scene: SceneName,
+    override: Overrides = [],  # noqa: B006 (typer copies it)
+    period: Annotated[
+        str, typer.Option(help="Time between two steps, with a unit; also the macro step. 0: the scene's, unpaced")
+    ] = "1 ms",
+    folder: Folder = Path("results"),
+) -> None:
+    """Runs a scene without loops in step with the clock and shows how long its steps take; writes NAME.realtime.csv.
+
+    Memory is locked and the thread gets a real-time priority where the system allows both; allocations in steps are
+    counted. Exit code 1: a step missed its deadline."""
+    with reported():
+        import numpy as np
+        from rich.table import Table
+
+        from ..engine.realtime import counting_library, run_realtime
+        from ..files import atomic_write
+        from ..scene import read
+        from ..scene.layer import Layer
+        from ..scene.validation import TIME, number
+
+        counting = counting_library()
+        if counting is not None and "tca_counting" not in os.environ.get("LD_PRELOAD", ""):
+            before = os.environ.get("LD_PRELOAD")
+            os.environ["LD_PRELOAD"] = f"{counting}:{before}" if before else str(counting)
+            os.execv(sys.executable, [sys.executable, *sys.orig_argv[1:]])
+        seconds = number(Layer("--period", "", {}, numbered=False), "period", period, TIME)
+        steps = [f"coupling.macro_step={seconds!r}"] if seconds > 0.0 else []
+        described = read(scene, [*override, *steps])
+        result = run_realtime(described, max(seconds, 0.0))
+        table = Table("of the steps", "take at most")
+        for share in SHARES:
+            longest = float(np.percentile(result.durations, share, method="higher"))
+            table.add_row(f"{share:g} %", f"{1e6 * longest:.1f} us")
+        table.add_row("all", f"{1e6 * float(result.durations.max()):.1f} us")
+        out.print(table)
+        allocations = "not counted" if result.allocations is None else str(result.allocations)
+        say(
+            f"{described.title}: {result.durations.size} steps, {result.misses} missed their deadline, "
+            f"latest start {1e6 * result.worst_lateness:.1f} us after its time",
+            f"allocations in steps: {allocations}; memory locked: {'yes' if result.locked else 'no'}; "
+            f"real-time priority: {'yes' if result.scheduled else 'no'}",
+        )
+        path = folder / f"{described.name}.realtime.csv"
+        with atomic_write(path) as draft:
+            pairs = zip(result.times[:-1].tolist(), result.durations.tolist(), strict=True)
+            lines = [f"{time!r},{spent!r}" for time, spent in pairs]
+            draft.write_text("\n".join(["time [s],duration [s]", *lines, ""]), encoding="utf-8")
+        written(path)
+    if result.misses:
+        raise SystemExit(1)

@@ -1,0 +1,110 @@
+"""One run of the engine in step with the clock: what each step takes, and which come too late."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import SubsystemError
+from ..fmi.archive import shipped_folders
+from ..scene import Scene
+from .batch import MAX_FAILURE
+from .binding import Times, library
+from .plan import EnginePlan
+
+__all__ = ["RealtimeResult", "counting_library", "run_realtime"]
+
+
+@dataclass(frozen=True, eq=False)
+class RealtimeResult:
+    """Times of a run in step with the clock.
+
+    Attributes
+    ----------
+    period : float
+        Time from one step to the next [s]; 0: as fast as it can.
+    durations : ndarray, shape (steps,)
+        What the computation of each step took [s].
+    misses : int
+        Steps that ended after the next one was due.
+    worst_lateness : float
+        Latest beginning of a step after its due time [s].
+    allocations : int or None
+        Calls of the allocator in all steps; None where they were not counted.
+    locked, scheduled : bool
+        Whether memory was locked, and whether the thread had a real-time priority.
+    times : ndarray, shape (steps + 1,)
+        Start and ends of the steps in the scene [s].
+    outputs : ndarray, shape (steps + 1, n_y)
+        Outputs at these times.
+    """
+
+    period: float
+    durations: np.ndarray
+    misses: int
+    worst_lateness: float
+    allocations: int | None
+    locked: bool
+    scheduled: bool
+    times: np.ndarray
+    outputs: np.ndarray
+
+
+def counting_library() -> Path | None:
+    """Return the library that counts allocations, to be loaded before the C library; None where there is none."""
+    files = (folder / "tca_counting.so" for folder in shipped_folders())
+    return next((file for file in files if file.is_file()), None)
+
+
+def run_realtime(scene: Scene, period: float, outputs: Sequence[str] = ("rod.tip.p",)) -> RealtimeResult:
+    """Run a scene, each macro step when it is due.
+
+    Parameters
+    ----------
+    scene
+        A scene that the engine can run (run_batch); its macro step is what a step of the clock simulates.
+    period
+        Time between the beginnings of two macro steps [s]; 0: as fast as it can.
+    outputs
+        Names of Real inputs and outputs, vectors whole.
+
+    Raises
+    ------
+    SceneError
+        The engine cannot run the scene, or a name is not known.
+    SubsystemError
+        An FMU refuses a step.
+    """
+    plan = EnginePlan.of(scene, [], [], outputs)
+    steps = plan.times.size - 1
+    rows, durations = np.zeros((steps + 1, plan.width)), np.zeros(steps)
+    times, text = Times(period=period), ctypes.create_string_buffer(MAX_FAILURE)
+    array = ctypes.POINTER(ctypes.c_double)
+    failed = library().tca_realtime(
+        ctypes.byref(plan.structure),
+        None,
+        rows.ctypes.data_as(array),
+        durations.ctypes.data_as(array),
+        ctypes.byref(times),
+        text,
+        MAX_FAILURE,
+    )
+    if failed:
+        raise SubsystemError(text.value.decode("utf-8", "replace"))
+    counted = "tca_counting" in os.environ.get("LD_PRELOAD", "")
+    return RealtimeResult(
+        period,
+        durations,
+        times.misses,
+        times.worst_lateness,
+        times.allocations if counted else None,
+        bool(times.locked),
+        bool(times.scheduled),
+        plan.times,
+        rows,
+    )

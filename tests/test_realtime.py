@@ -1,0 +1,63 @@
+"""Runs in step with the clock: the numbers of the master, one duration for each step, allocations counted."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import tca_cosim as tca
+from tca_cosim.engine.realtime import counting_library, run_realtime
+from test_cli import tca as command
+
+DROP = ["stop_time=0.05", "coupling.macro_step=1 ms"]
+
+
+def test_a_paced_run_is_the_masters() -> None:
+    scene = tca.read("drop", DROP)
+    result = run_realtime(scene, 0.002, ["rod.tip.p"])
+    alone = tca.run(scene)
+    assert np.array_equal(result.times, alone["time"])
+    np.testing.assert_allclose(result.outputs, alone["rod.tip.p"], rtol=0.0, atol=1e-14)
+    assert result.durations.shape == (50,)
+    assert (result.durations > 0.0).all()
+    assert result.worst_lateness >= 0.0
+    assert 0 <= result.misses <= 50
+    assert result.allocations is None  # nobody counts in this process
+
+
+def test_deadlines_that_cannot_be_met_are_missed_and_said() -> None:
+    result = run_realtime(tca.read("drop", DROP), 1e-7)
+    assert result.misses > 40
+    assert run_realtime(tca.read("drop", DROP), 0.0).misses == 0  # as fast as it can: there is no deadline
+
+
+def test_a_refused_step_is_an_error() -> None:
+    with pytest.raises(tca.SceneError, match="algebraic loop"):
+        run_realtime(tca.read("step", ["stop_time=0.1"]), 0.0)
+
+
+@pytest.mark.skipif(counting_library() is None, reason="allocations are counted on Linux")
+def test_the_command_counts_and_writes(tmp_path: Path) -> None:
+    done = command("realtime", "drop", "--set", "stop_time=0.1", "--period", "5 ms", folder=tmp_path)
+    assert done.returncode in (0, 1), done.stderr  # 1: a busy machine
+    assert "20 steps, " in done.stdout
+    assert re.search(r"allocations in steps: \d+;", done.stdout)
+    lines = (tmp_path / "results" / "drop.realtime.csv").read_text().splitlines()
+    assert lines[0] == "time [s],duration [s]"
+    assert len(lines) == 21
+    assert float(lines[2].split(",")[0]) == 0.005
+
+
+@pytest.mark.skipif(counting_library() is None, reason="allocations are counted on Linux")
+def test_every_allocation_of_a_thread_is_counted() -> None:
+    code = (
+        "import ctypes; c = ctypes.CDLL(None); f = c.tca_allocations; f.restype = ctypes.c_ulong; "
+        "c.malloc.restype = ctypes.c_void_p; before = f(); [c.malloc(10) for _ in range(1000)]; print(f() - before)"
+    )
+    environment = {"LD_PRELOAD": str(counting_library())}
+    done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
+    assert int(done.stdout) >= 1000
