@@ -139,6 +139,7 @@ inline Drive later(const Drive& drive, double s) {
   Drive rest;
   for (std::size_t i = 0; i < kMaxTcas; ++i) rest.V[i] = at(drive.V[i]), rest.delta[i] = at(drive.delta[i]);
   rest.ambient_rise = at(drive.ambient_rise);
+  rest.air_speed = at(drive.air_speed);
   return rest;
 }
 

@@ -19,6 +19,7 @@ struct Data {
   std::array<fmu::Polynomial, kMaxTcas> V{};         // [V]
   std::array<fmu::Polynomial, kMaxTcas> delta{};     // [m]
   fmu::Polynomial T_ambient{298.15, 0.0, 0.0, 0.0};  // [K]
+  fmu::Polynomial air_speed{};                       // [m/s]
 
   // Outputs and their rates.
   PerTca T = filled(298.15);     // [K]
@@ -28,6 +29,7 @@ struct Data {
   double E_stored = 0.0;         // [J]
   double T_max = 298.15;         // [K]
   double T_surface = 298.15;     // [K]
+  double coefficient = 20.0;     // [W/(m2 K)]
   double reduction_bound = 0.0;  // [K]
   double reduction_states = 0.0;
 };

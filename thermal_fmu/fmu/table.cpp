@@ -53,7 +53,13 @@ void circuit_and_surroundings(Table<Data>& table, const thermal::Parameters& p) 
       .range(1.0, 1e4)
       .nominal(300.0)
       .retuned();
-  table.parameter("h", p.h, "W/(m2.K)", "Heat transfer coefficient at the body's surface")
+  table
+      .parameter(
+          "convection", p.convection, "",
+          "Heat transfer at the surface: constant, the parameter h; free, of a horizontal cylinder in still air; "
+          "forced, in air of the speed air_speed across it. The last two need level = full or lumped")
+      .choices({"constant", "free", "forced"});
+  table.parameter("h", p.h, "W/(m2.K)", "Heat transfer coefficient at the body's surface where convection = constant")
       .range(kTiny, 1e9)
       .nominal(20.0);
   table.parameter("T_0", p.T_0, "K", "Temperature of the whole section at the start").range(1.0, 1e4).nominal(300.0);
@@ -78,6 +84,8 @@ void inputs(Table<Data>& table, const Data& data) {
         .nominal(1e-3);
   }
   table.input("T_ambient", data.T_ambient, "K", "Temperature of the surroundings").range(1.0, 1e4).nominal(300.0);
+  table.input("air_speed", data.air_speed, "m/s", "Speed of the air across the body, acts where convection = forced")
+      .range(0.0, 100.0);
 }
 
 void outputs(Table<Data>& table, const Data& data) {
@@ -91,7 +99,7 @@ void outputs(Table<Data>& table, const Data& data) {
         .depends({indexed("V", i), indexed("delta", i), "mode"});
   }
   table.output("Q_loss", data.Q_loss, "W", "Heat flow from the surface to the surroundings")
-      .depends({"T_ambient", "mode"});
+      .depends({"T_ambient", "air_speed", "mode"});
   table.output("E_stored", data.E_stored, "J", "Heat stored since the uniform temperature T_0").depends({"mode"});
   table
       .output("T_max", data.T_max, "K",
@@ -99,6 +107,9 @@ void outputs(Table<Data>& table, const Data& data) {
       .nominal(300.0)
       .depends({"mode"});
   table.output("T_surface", data.T_surface, "K", "Mean temperature of the surface").nominal(300.0).depends({"mode"});
+  table.output("h_surface", data.coefficient, "W/(m2.K)", "Heat transfer coefficient at the surface now")
+      .nominal(10.0)
+      .depends({"T_ambient", "air_speed", "mode"});
   table
       .output(
           "reduction.bound", data.reduction_bound, "K",
@@ -116,7 +127,7 @@ void states(Table<Data>& table, std::size_t tcas) {
                "squares sum to 1")
         .difference()
         .starts_from({})  // uniform at T_0 whatever the inputs
-        .depends({"mode", "V", "delta", "T_ambient"});
+        .depends({"mode", "V", "delta", "T_ambient", "air_speed"});
   }
 }
 

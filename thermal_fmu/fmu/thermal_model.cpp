@@ -38,6 +38,9 @@ void include_mesh_error(const HeatMatrices& matrices, double tolerance, ModalMod
 }  // namespace
 
 Status ThermalModel::build() {
+  if (data_.parameters.convection != ConvectionKind::constant && data_.parameters.level == Level::reduced)
+    return Status::error("level = reduced is linear in the temperatures, convection = free and forced are not",
+                         "choose level = full or lumped, or convection = constant with a mean h");
   if (level_ && built_.has_same_section(data_.parameters)) {
     memory_.assign(level_->state_size(), 0.0);
     return retune(0.0);
@@ -81,7 +84,7 @@ Status ThermalModel::initialise(double) {
 }
 
 Drive ThermalModel::drive() const {
-  Drive drive{data_.V, data_.delta, data_.T_ambient};
+  Drive drive{data_.V, data_.delta, data_.T_ambient, data_.air_speed};
   drive.ambient_rise[0] -= data_.parameters.T_0;
   return drive;
 }
@@ -126,6 +129,7 @@ Status ThermalModel::evaluate(double t) {
   data_.E_stored = seen.stored;
   data_.T_max = T_0 + seen.max_rise;
   data_.T_surface = T_0 + seen.surface_rise;
+  data_.coefficient = seen.coefficient;
   data_.reduction_bound = seen.bound;
   data_.reduction_states = static_cast<double>(level_->unknowns());
   if (data_.T_max > kHottest)

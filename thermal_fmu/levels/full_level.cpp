@@ -48,7 +48,7 @@ struct FullLevel::Integrator {
 
   /// Tells the integrator whether the slope is linear in the temperatures.
   void retune() {
-    if (system.circuit.has_feedback())
+    if (system.circuit.has_feedback() || !system.convection.is_constant())
       ARKStepSetNonlinear(arkode);
     else
       ARKStepSetLinear(arkode, 0);

@@ -12,6 +12,7 @@ using Eigen::Index;
 
 FullSystem::FullSystem(const HeatMatrices& m, const Parameters& parameters)
     : circuit(parameters),
+      convection(parameters),
       root(m.mass.cwiseSqrt()),
       load(root.cwiseInverse().asDiagonal() * m.loads),
       a_((root.cwiseInverse().asDiagonal() * m.stiffness * root.cwiseInverse().asDiagonal()).eval()),
@@ -19,12 +20,21 @@ FullSystem::FullSystem(const HeatMatrices& m, const Parameters& parameters)
       peak_(m.probe_patches, static_cast<int>(m.probes.size()), m.order),
       peak_values_(static_cast<Index>(m.probes.size())),
       surface_conductance_(m.surface_conductance),
+      T_0_(parameters.T_0),
       permuted_(m.size()),
       is_insulated_(m.is_insulated) {
   factor_.analyzePattern(a_);
+  if (!convection.is_constant()) surface_ = m.loads.col(m.tcas()).cwiseQuotient(m.mass);
   if (!is_insulated_) return;
   uniform_ = root.normalized();
   loss_ = load.col(tcas()) / root.norm();
+}
+
+double FullSystem::convection_ratio(const Eigen::Ref<const Vector>& x, const Drive& drive, double s) const {
+  if (convection.is_constant()) return 1.0;
+  const double surface = T_0_ + load.col(tcas()).dot(x) / surface_conductance_;
+  const double ambient = T_0_ + value(drive.ambient_rise, s);
+  return convection.coefficient(surface, ambient, value(drive.air_speed, s)) / convection.reference();
 }
 
 Status FullSystem::slope(const Drive& drive, double s, const Eigen::Ref<const Vector>& x, Eigen::Ref<Vector> out) {
@@ -37,6 +47,10 @@ Status FullSystem::slope(const Drive& drive, double s, const Eigen::Ref<const Ve
     out.noalias() = a_ * x;
   }
   out = load.col(tcas()) * value(drive.ambient_rise, s) - out;
+  if (!convection.is_constant()) {
+    const double more = convection_ratio(x, drive, s) - 1.0;
+    out += more * (load.col(tcas()) * value(drive.ambient_rise, s) - surface_.cwiseProduct(x));
+  }
   for (Index i = 0; i < tcas(); ++i) {
     const double rise = circuit.has_feedback() ? load.col(i).dot(x) : 0.0;
     double power = 0.0;
@@ -76,7 +90,9 @@ Status FullSystem::observe(const Eigen::Ref<const Vector>& x, const Drive& drive
     if (!status.is_ok()) return status;
   }
   const double surface = load.col(tcas()).dot(x);
-  seen.loss = surface - surface_conductance_ * drive.ambient_rise[0];
+  const double ratio = convection_ratio(x, drive, 0.0);
+  seen.loss = ratio * (surface - surface_conductance_ * drive.ambient_rise[0]);
+  seen.coefficient = ratio * convection.reference();
   seen.surface_rise = surface / surface_conductance_;
   seen.stored = root.dot(x);
   for (std::size_t k = 0; k < probes_.size(); ++k)

@@ -9,6 +9,7 @@
 #include "levels/heat_level.hpp"
 #include "mesh/heat_matrices.hpp"
 #include "physics/circuit.hpp"
+#include "physics/convection.hpp"
 
 namespace thermal {
 
@@ -30,6 +31,7 @@ class FullSystem {
   Status observe(const Eigen::Ref<const Vector>& x, const Drive& drive, Observation& seen);
 
   Circuit circuit;
+  Convection convection;
   Vector root;           // mass^(1/2)
   Eigen::MatrixXd load;  // B
 
@@ -39,13 +41,17 @@ class FullSystem {
   Counts counts;  // of work done so far, for studies; steps and slopes are counted by the integrator
 
  private:
+  /// h over that of the matrices, at the mean temperature of the surface.
+  double convection_ratio(const Eigen::Ref<const Vector>& x, const Drive& drive, double s) const;
+
   using SparseMatrix = Eigen::SparseMatrix<double>;
 
   SparseMatrix a_;
   std::vector<int> probes_;
   Peak peak_;
   Vector peak_values_;  // scratch
-  double surface_conductance_;
+  double surface_conductance_, T_0_;
+  Vector surface_;  // convection of the matrices at every node, by its heat capacity [1/s]; empty where h is constant
   Eigen::SimplicialLDLT<SparseMatrix> factor_;  // of a + 1/gamma
   double gamma_ = 0.0;
   Vector inverse_pivots_, permuted_;

@@ -20,6 +20,7 @@ struct Drive {
   std::array<Cubic, kMaxTcas> V{};      // [V]
   std::array<Cubic, kMaxTcas> delta{};  // [m]
   Cubic ambient_rise{};                 // T_ambient - T_0 [K]
+  Cubic air_speed{};                    // [m/s]
 };
 
 struct Observation {
@@ -30,6 +31,7 @@ struct Observation {
   double stored = 0.0;        // since the uniform T_0 [J]
   double max_rise = 0.0;      // in TCAs and on the surface [K]
   double surface_rise = 0.0;  // mean [K]
+  double coefficient = 0.0;   // of heat transfer at the surface [W/(m2 K)]
   double bound = 0.0;         // of the error of every T_i so far against the same mesh unreduced [K]
 };
 

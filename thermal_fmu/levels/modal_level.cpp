@@ -14,11 +14,12 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr int kDeepest = 24;       // halvings of a step with feedback
-constexpr int kMostParts = 20000;  // parts of a step with feedback: bounds the work of a call to about a second
-constexpr double kHottest = 1e6;   // rise [K] beyond which a host's integration is taken to have diverged
-constexpr int kIterations = 60;    // of the powers, at most
-constexpr double kSame = 1e-14;    // relative change at which the powers are settled
+constexpr int kDeepest = 24;         // halvings of a step with feedback
+constexpr int kMostParts = 20000;    // parts of a step with feedback: bounds the work of a call to about a second
+constexpr double kHottest = 1e6;     // rise [K] beyond which a host's integration is taken to have diverged
+constexpr int kIterations = 60;      // of the powers, at most
+constexpr double kSame = 1e-14;      // relative change at which the powers are settled
+constexpr double kSameRise = 1e-12;  // change [K] at which the effective surroundings are settled, of 1 K and theirs
 
 /// The points of a step with feedback, in units of its length, and what is read off the values there.
 struct Points {
@@ -55,11 +56,12 @@ ModalLevel<tcas>::ModalLevel(ModalModel model, const Parameters& parameters)
       load_(model_.load),
       unit_(model_.capacity.norm()),
       circuit_(parameters),
+      convection_(parameters),
       T_0_(parameters.T_0),
-      powers_(count(), kPoints),
-      rises_(count(), kPoints),
+      powers_(rows(), kPoints),
+      rises_(rows(), kPoints),
       conductances_(count(), kPoints),
-      base_rises_(count() * kPoints),
+      base_rises_(rows() * kPoints),
       z_(model_.size()),
       probes_(model_.probe.rows()) {
   carrier_ = make_carrier();
@@ -74,11 +76,11 @@ auto ModalLevel<tcas>::make_carrier() const -> Carrier {
 template <int tcas>
 void ModalLevel<tcas>::retune(const Parameters& parameters) {
   circuit_ = Circuit(parameters);
-  if (!circuit_.has_feedback() || !collocations_.empty()) return;
+  if (!has_feedback() || !collocations_.empty()) return;
   collocations_.resize(kDeepest + 1);
   for (Collocation& c : collocations_) {
     for (Carrier& carrier : c.carriers) carrier = make_carrier();
-    c.response.resize(count() * kPoints, count() * kPoints);
+    c.response.resize(rows() * kPoints, rows() * kPoints);
   }
 }
 
@@ -121,7 +123,7 @@ template <int tcas>
 Status ModalLevel<tcas>::advance(std::span<double> memory, const Drive& drive, double h, double tolerance) {
   const Index n_tcas = count();
   State state = state_of(memory);
-  if (circuit_.has_feedback()) {
+  if (has_feedback()) {
     parts_ = 0;
     return advance_with_feedback(state, drive, 0.0, h, tolerance, 0);
   }
@@ -141,7 +143,7 @@ Status ModalLevel<tcas>::advance(std::span<double> memory, const Drive& drive, d
 
 template <int tcas>
 auto ModalLevel<tcas>::collocation(double h, int depth) -> Collocation& {
-  const Index n_tcas = count();
+  const Index n_rows = rows();
   Collocation& c = collocations_[depth];
   if (c.h == h) return c;
   c.h = h;
@@ -155,9 +157,9 @@ auto ModalLevel<tcas>::collocation(double h, int depth) -> Collocation& {
         for (int q = 0; q < kPowerTerms; ++q, scale /= h) {
           weight += carrier.weight(k, q) * points().derivatives(q, n) * scale;
         }
-        for (Index i = 0; i < n_tcas; ++i)
-          for (Index j = 0; j < n_tcas; ++j)
-            c.response(i + n_tcas * m, j + n_tcas * n) += load_(k, i) * load_(k, j) * weight;
+        for (Index i = 0; i < n_rows; ++i)
+          for (Index j = 0; j < n_rows; ++j)
+            c.response(i + n_rows * m, j + n_rows * n) += load_(k, i) * load_(k, j) * weight;
       }
     }
   }
@@ -167,7 +169,7 @@ auto ModalLevel<tcas>::collocation(double h, int depth) -> Collocation& {
 template <int tcas>
 bool ModalLevel<tcas>::solve_powers(const State& state, const Drive& drive, double from, const Forcing& ambient,
                                     const Collocation& c, double tolerance) {
-  const Index n_tcas = count();
+  const Index n_tcas = count(), n_rows = rows();
   // Rises without the TCAs' power, at every point.
   for (int m = 0; m < kPoints; ++m) {
     z_ = state.z;
@@ -177,7 +179,7 @@ bool ModalLevel<tcas>::solve_powers(const State& state, const Drive& drive, doub
         z_.array() += ambient(n_tcas, q) * c.carriers[m].weight.col(q).array() * load_.col(n_tcas).array();
       }
     }
-    for (Index i = 0; i < n_tcas; ++i) base_rises_[i + n_tcas * m] = load_.col(i).dot(z_);
+    for (Index i = 0; i < n_rows; ++i) base_rises_[i + n_rows * m] = load_.col(i).dot(z_);
   }
   AtPoints v2(n_tcas, kPoints), delta(n_tcas, kPoints);
   for (int m = 0; m < kPoints; ++m) {
@@ -187,6 +189,7 @@ bool ModalLevel<tcas>::solve_powers(const State& state, const Drive& drive, doub
       delta(i, m) = value(drive.delta[i], s);
       rises_(i, m) = base_rises_[i];
     }
+    if (has_varying_convection()) rises_(n_tcas, m) = base_rises_[n_tcas];
   }
   bool has_settled = false;
   for (int iteration = 0; iteration < kIterations && !has_settled; ++iteration) {
@@ -202,8 +205,9 @@ bool ModalLevel<tcas>::solve_powers(const State& state, const Drive& drive, doub
         powers_(i, m) = power;
       }
     has_settled = iteration > 0 && change <= kSame * largest;
-    Eigen::Map<Values> flat_rises(rises_.data(), n_tcas * kPoints);
-    Eigen::Map<const Values> flat_powers(powers_.data(), n_tcas * kPoints);
+    if (has_varying_convection()) has_settled = update_surroundings(drive, from, c.h) && has_settled && iteration > 0;
+    Eigen::Map<Values> flat_rises(rises_.data(), n_rows * kPoints);
+    Eigen::Map<const Values> flat_powers(powers_.data(), n_rows * kPoints);
     flat_rises = base_rises_;
     flat_rises.noalias() += c.response * flat_powers;
   }
@@ -211,10 +215,36 @@ bool ModalLevel<tcas>::solve_powers(const State& state, const Drive& drive, doub
   // Does degree 6 resolve the conductances? What its last term may do to a temperature by the end of the step.
   for (Index i = 0; i < n_tcas; ++i) {
     const double rough = std::abs(conductances_.row(i).dot(points().finest)) * v2.row(i).maxCoeff();
-    const double gain = c.response.row(i + n_tcas * (kPoints - 1)).cwiseAbs().sum();
+    const double gain = c.response.row(i + n_rows * (kPoints - 1)).cwiseAbs().sum();
     if (!(rough * gain <= 0.1 * tolerance * (1.0 + std::abs(rises_(i, kPoints - 1))))) return false;
   }
-  return true;
+  if (!has_varying_convection()) return true;
+  // A kelvin of the surroundings, held, is at most a kelvin of any temperature.
+  const double rough = std::abs(powers_.row(n_tcas).dot(points().finest));
+  return rough <= 0.1 * tolerance * (1.0 + rises_.topRows(n_tcas).cwiseAbs().maxCoeff());
+}
+
+/// Writes what the effective surroundings have more than the true ones, at every point. True where that has settled.
+template <int tcas>
+bool ModalLevel<tcas>::update_surroundings(const Drive& drive, double from, double h) {
+  const Index row = count();
+  double change = 0.0, largest = 0.0;
+  for (int m = 0; m < kPoints; ++m) {
+    const double s = from + points().at[m] * h, ambient = value(drive.ambient_rise, s);
+    const double surface = rises_(row, m) / model_.surface_conductance;
+    const double more = effective_ambient(surface, ambient, value(drive.air_speed, s)) - ambient;
+    change = std::max(change, std::abs(more - powers_(row, m)));
+    largest = std::max(largest, std::abs(more));
+    powers_(row, m) = more;
+  }
+  return change <= kSameRise * (1.0 + largest);
+}
+
+template <int tcas>
+double ModalLevel<tcas>::effective_ambient(double surface_rise, double ambient_rise, double speed) const {
+  if (!has_varying_convection()) return ambient_rise;
+  const double h = convection_.coefficient(T_0_ + surface_rise, T_0_ + ambient_rise, speed);
+  return ambient_rise + (h / convection_.reference() - 1.0) * (ambient_rise - surface_rise);
 }
 
 template <int tcas>
@@ -228,7 +258,10 @@ Status ModalLevel<tcas>::advance_with_feedback(State& state, const Drive& drive,
   if (solve_powers(state, drive, from, forcing, c, tolerance)) {
     double scale = 1.0;
     for (int q = 0; q < kPowerTerms; ++q, scale /= h) {
-      forcing.col(q).template head<tcas>(n_tcas) = scale * (powers_ * points().derivatives.row(q).transpose());
+      if constexpr (kIsFixed)
+        forcing.col(q).template head<tcas>(n_tcas) = scale * (powers_ * points().derivatives.row(q).transpose());
+      else
+        forcing.col(q).head(rows()) += scale * (powers_ * points().derivatives.row(q).transpose());
     }
     carry(state, c.carriers[kPoints - 1], forcing);
     return {};
@@ -258,7 +291,8 @@ Status ModalLevel<tcas>::inputs(const Eigen::Ref<const VectorXd>& z, const Drive
     Status status = circuit_.power(i, drive.V[i][0], load_.col(i).dot(z), drive.delta[i][0], input[i]);
     if (!status.is_ok()) return status;
   }
-  input[n_tcas] = drive.ambient_rise[0];
+  const double surface = has_varying_convection() ? load_.col(n_tcas).dot(z) / model_.surface_conductance : 0.0;
+  input[n_tcas] = effective_ambient(surface, drive.ambient_rise[0], drive.air_speed[0]);
   return {};
 }
 
@@ -325,7 +359,9 @@ Status ModalLevel<tcas>::observe(std::span<const double> memory, const Drive& dr
   z_ -= model_.rate.cwiseProduct(z);
   for (Index i = 0; i < n_tcas; ++i) seen.rate[i] = load_.col(i).dot(z_);
   const double surface = load_.col(n_tcas).dot(z);
-  seen.loss = surface - model_.surface_conductance * drive.ambient_rise[0];
+  seen.loss = surface - model_.surface_conductance * input[n_tcas];
+  seen.coefficient = convection_.coefficient(T_0_ + surface / model_.surface_conductance, T_0_ + drive.ambient_rise[0],
+                                             drive.air_speed[0]);
   seen.surface_rise = surface / model_.surface_conductance;
   seen.stored = model_.capacity.dot(z);
   probes_.noalias() = model_.probe * z;
@@ -339,7 +375,7 @@ template class ModalLevel<Eigen::Dynamic>;
 
 std::unique_ptr<HeatLevel> make_modal_level(ModalModel model, const Parameters& parameters) {
   constexpr int kDefault = static_cast<int>(core::kDefaultTcas);
-  if (parameters.tca.count == core::kDefaultTcas)
+  if (parameters.tca.count == core::kDefaultTcas && parameters.convection == ConvectionKind::constant)
     return std::make_unique<ModalLevel<kDefault>>(std::move(model), parameters);
   return std::make_unique<ModalLevel<Eigen::Dynamic>>(std::move(model), parameters);
 }

@@ -4,7 +4,8 @@
 // mode over it exactly. With electrical feedback the powers depend on the temperatures they make; they are then the
 // polynomial of degree 6 through the powers at seven Lobatto points of the step, found by fixed-point iteration
 // (collocation with an exact linear part). Where that polynomial does not resolve the conductances, or the iteration
-// does not contract, the step is halved.
+// does not contract, the step is halved. A coefficient of convection that follows the surface is treated likewise, as
+// surroundings that depend on the surface's mean.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,6 +16,7 @@
 #include "levels/heat_level.hpp"
 #include "levels/polynomials.hpp"
 #include "physics/circuit.hpp"
+#include "physics/convection.hpp"
 #include "reduction/modal_model.hpp"
 
 namespace thermal {
@@ -42,14 +44,16 @@ class ModalLevel final : public HeatLevel {
   static constexpr bool kIsFixed = tcas != Eigen::Dynamic;
   static constexpr int kMostTcas = kIsFixed ? tcas : static_cast<int>(kMaxTcas), kMostChannels = kMostTcas + 1;
   static constexpr int kChannels = kIsFixed ? tcas + 1 : Eigen::Dynamic;
+  // Rows of what feeds back on itself: the power of each TCA, and the surroundings where h varies.
+  static constexpr int kMostRows = kIsFixed ? tcas : kMostChannels;
   static constexpr int kValues = kIsFixed ? tcas * kPoints : Eigen::Dynamic;
   using Loads = Eigen::Matrix<double, Eigen::Dynamic, kChannels, Eigen::ColMajor, Eigen::Dynamic, kMostChannels>;
   using Weights = Eigen::Matrix<double, Eigen::Dynamic, kPowerTerms>;
   using Channels = Eigen::Matrix<double, kChannels, 1, Eigen::ColMajor, kMostChannels, 1>;
   // Derivatives of the channels.
   using Forcing = Eigen::Matrix<double, kChannels, kPowerTerms, Eigen::ColMajor, kMostChannels, kPowerTerms>;
-  using AtPoints = Eigen::Matrix<double, tcas, kPoints, Eigen::ColMajor, kMostTcas, kPoints>;
-  using Values = Eigen::Matrix<double, kValues, 1, Eigen::ColMajor, kMostTcas * kPoints, 1>;  // AtPoints in one column
+  using AtPoints = Eigen::Matrix<double, tcas, kPoints, Eigen::ColMajor, kMostRows, kPoints>;
+  using Values = Eigen::Matrix<double, kValues, 1, Eigen::ColMajor, kMostRows * kPoints, 1>;  // AtPoints in one column
 
   /// The caller's doubles: amplitudes, the channels' last values, and how far each has travelled (for the bound).
   struct State {
@@ -77,12 +81,19 @@ class ModalLevel final : public HeatLevel {
   Carrier make_carrier() const;
   Eigen::Index count() const { return kIsFixed ? tcas : load_.cols() - 1; }
   Eigen::Index channels() const { return count() + 1; }
+  bool has_varying_convection() const { return !kIsFixed && !convection_.is_constant(); }
+  Eigen::Index rows() const { return count() + (has_varying_convection() ? 1 : 0); }
+  bool has_feedback() const { return circuit_.has_feedback() || has_varying_convection(); }
+  /// The rise of surroundings [K] that would, with the coefficient of the matrices, draw the same heat from a surface
+  /// at this mean rise as the true ones do with the true coefficient.
+  double effective_ambient(double surface_rise, double ambient_rise, double speed) const;
   State state_of(std::span<double> memory) const;
   void carry(State& state, const Carrier& carrier, const Forcing& forcing);
   Status advance_with_feedback(State& state, const Drive& drive, double from, double h, double tolerance, int depth);
   /// Powers at the points of a step. False: they do not settle, or are not resolved; a shorter step may do.
   bool solve_powers(const State& state, const Drive& drive, double from, const Forcing& ambient,
                     const Collocation& collocation, double tolerance);
+  bool update_surroundings(const Drive& drive, double from, double h);
   Collocation& collocation(double h, int depth);
   Status check_range(const Eigen::Ref<const Eigen::VectorXd>& z) const;
   /// Powers and ambient rise at the start of the drive.
@@ -92,6 +103,7 @@ class ModalLevel final : public HeatLevel {
   Loads load_;
   double unit_;  // amplitudes of a uniform rise of 1 K, together [sqrt(J/K)]
   Circuit circuit_;
+  Convection convection_;
   double T_0_;
   int parts_ = 0;  // of the present step with feedback
 

@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "mesh/spectral.hpp"
+#include "physics/convection.hpp"
 
 namespace thermal {
 namespace {
@@ -134,7 +135,7 @@ core::Result<HeatMatrices> heat_matrices(const Parameters& parameters, int order
     if (!patch.is_at_surface) continue;
     for (Index i = 0; i < n; ++i) {
       const int at = node[i + n * (n - 1)];
-      const double convection = parameters.h * body.length * e.edge[i];
+      const double convection = Convection(parameters).reference() * body.length * e.edge[i];
       m.loads(at, surface) += convection;
       entries.emplace_back(at, at, convection);
       is_probe[at] = true;

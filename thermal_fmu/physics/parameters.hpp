@@ -30,6 +30,7 @@ constexpr PerTca filled(double value) {
 }
 
 enum class Level : int { lumped = 1, reduced = 2, full = 3 };
+enum class ConvectionKind : int { constant = 1, free = 2, forced = 3 };
 
 struct Body {
   double radius = 5e-3;    // [m]
@@ -68,7 +69,8 @@ struct Parameters {
 
   Body body;
   Tca tca;
-  double h = 20.0;      // heat transfer at the outer circle [W/(m2 K)]
+  ConvectionKind convection = ConvectionKind::constant;
+  double h = 20.0;      // heat transfer at the outer circle where convection is constant [W/(m2 K)]
   double T_0 = 298.15;  // uniform temperature at the start [K]
   Level level = Level::reduced;
   double tolerance = 1e-5;  // error of temperature rises, relative to the steady rise of a heated TCA [1]
