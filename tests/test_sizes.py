@@ -251,3 +251,16 @@ def test_an_integrator_sees_the_moving_states_alone(tmp_path: Path) -> None:
 def _parameters(name: str) -> dict[str, object]:
     rod = scenes.read(name, ["rod.order=0", "rod.closure=inside", "rod.dynamic=true"]).member("rod")
     return dict(rod.parameters)
+
+
+def test_a_body_of_four_tcas_and_two_segments_in_one_scene() -> None:
+    table = {"stop_time": 0.4, "body": {"tcas": 4, "segments": 2}, "tca": {"offset": "2.4 mm"}}
+    scene = scenes.read({**table, "thermal": {"V": [0, 0, 3, 0]}, "rod": {"dynamic": False}})
+    assert [scene.member(name).reals("tca.offset") for name in ("thermal", "rod")] == [(0.0024,) * 4] * 2
+    result = tca.run(scene)
+    assert result["rod.delta"].shape[1] == 4
+    np.testing.assert_allclose(result["rod.T"], result["thermal.T"])
+    assert result["rod.tip.p"][-1, 0] > 1e-4  # away from the third TCA, at 180 degrees
+    segments = {"rod.order": 0}
+    one, two = (tca.run(scenes.changed(scene, {**segments, "body.segments": n})) for n in (1, 2))
+    np.testing.assert_allclose(two["rod.tip.p"], one["rod.tip.p"], atol=1e-9)  # constant strain

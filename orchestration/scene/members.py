@@ -146,10 +146,13 @@ def _not_settable(variable: Variable) -> str:
 
 
 def _elements(layer: Layer, member: str, key: str, raw: Any, archive: Archive) -> list[tuple[str, Any]]:
-    """The scalar variables that a key stands for, each with its raw value."""
-    if key in archive.variables:
-        return [(key, raw)]
+    """The scalar variables that a key stands for, each with its raw value.
+
+    Where an FMU has a vector and a scalar of that name, which sets all its elements, one value is that of all of
+    them."""
     elements = archive.vectors.get(key)
+    if key in archive.variables and not (elements and isinstance(raw, list)):
+        return [(key, raw), *((element, raw) for element in elements or ())]
     if elements is None:
         _refuse_name(layer, member, key, raw, archive)
     if not isinstance(raw, list):
