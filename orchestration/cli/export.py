@@ -13,6 +13,7 @@ from .console import reported, written
 from .options import Overrides
 
 if TYPE_CHECKING:
+    from ..fmi.configuration import Configuration
     from ..scene import Scene
 
 __all__ = ["command"]
@@ -23,6 +24,9 @@ def command(
     output: Annotated[Path | None, typer.Option("--output", "-o", help="Folder for the FMUs, as FOLDER")] = None,
     tcas: Annotated[int | None, typer.Option(min=1, max=12, help="Number of TCAs; default: 3")] = None,
     segments: Annotated[int | None, typer.Option(min=1, max=6, help="Number of the rod's segments; default: 1")] = None,
+    ports: Annotated[
+        bool, typer.Option("--ports", help="With the rod's ports: forces along the body, velocities, clamp reaction")
+    ] = False,
     fmu: Annotated[list[str] | None, typer.Option("--fmu", help="thermal or rod; default: both")] = None,
     like: Annotated[
         str | None,
@@ -52,12 +56,18 @@ def command(
             raise CosimError("--scene holds for an SSP archive; add --ssp FILE.ssp, or say --like for FMUs")
         if system is None and like is None and override:
             raise CosimError("--set holds for an SSP archive or --like SCENE; add one of them")
-        if folder is None and (like is not None or tcas or segments or fmu):
-            raise CosimError("--like, --tcas, --segments and --fmu hold for FMUs; name a folder for them")
-        if like is not None and (tcas or segments):
+        if folder is None and (like is not None or tcas or segments or ports or fmu):
+            raise CosimError("--like, --tcas, --segments, --ports and --fmu hold for FMUs; name a folder for them")
+        if like is not None and (tcas or segments or ports):
             raise CosimError("--like takes the size from the scene; set it there, or with --set body.tcas=4")
         if folder is not None:
-            paths = _like(folder, like, fmu, override) if like is not None else _sized(folder, tcas, segments, fmu)
+            from ..fmi.configuration import Configuration
+
+            paths = (
+                _like(folder, like, fmu, override)
+                if like is not None
+                else _sized(folder, Configuration(tcas, segments, ports or None), fmu)
+            )
             for path in paths:
                 written(path)
         if system is not None:
@@ -78,7 +88,7 @@ def _chosen(chosen: Sequence[str] | None, known: Sequence[str]) -> list[str]:
     return list(chosen or known)
 
 
-def _sized(folder: Path, tcas: int | None, segments: int | None, fmu: Sequence[str] | None) -> list[Path]:
+def _sized(folder: Path, configuration: Configuration, fmu: Sequence[str] | None) -> list[Path]:
     """Write the package's FMUs at a size; copies where none is asked for."""
     from ..files import atomic_write
     from ..fmi.archive import Archive, find_fmu
@@ -87,12 +97,12 @@ def _sized(folder: Path, tcas: int | None, segments: int | None, fmu: Sequence[s
     paths = []
     for name in _chosen(fmu, ("thermal", "rod")):
         source, path = find_fmu(f"{name}.fmu", Path("/")), folder / f"{name}.fmu"
-        if tcas is None and segments is None:
+        if configuration == Configuration():
             with atomic_write(path) as draft:
                 draft.write_bytes(source.read_bytes())
         else:
             with Archive(source) as archive:
-                write_configured(archive, Configuration(tcas, segments), path)
+                write_configured(archive, configuration, path)
         paths.append(path)
     return paths
 

@@ -86,8 +86,19 @@ def check_profile(members: Sequence[Member]) -> None:
             )
 
 
+def _is_own_of_sections(parameter: str, a: Member, b: Member) -> bool:
+    """Whether the parameter of one section of the body says nothing about the other: a section of a serial body, or the
+    radius where the body tapers."""
+    if any("segment.length[2]" in member.archive.variables for member in (a, b)):
+        return True
+    tapers = any(name.startswith("segment.radius") for member in (a, b) for name in member.parameters)
+    return tapers and parameter == "body.radius"
+
+
 def _agree(a: Member, b: Member) -> None:
     for parameter in SHARED_PARAMETERS:
+        if _is_own_of_sections(parameter, a, b):
+            continue
         for name in {**dict.fromkeys(x for m in (a, b) for x in m.archive.vectors.get(parameter, ()))} or (parameter,):
             one, other = (m.value(name if name in m.archive.variables else parameter) for m in (a, b))
             if not isinstance(one, float) or not isinstance(other, float):

@@ -91,10 +91,10 @@ def _member(name: str, archive: Archive, layers: Sequence[Layer]) -> Member:
         for key, raw in flat(layer.raw.get(name, {})):
             for full, element in _elements(layer, name, key, raw, archive):
                 variable, label = archive.variables[full], f"{name}.{full}"
+                parameters.pop(full, None)  # the last to be given is the last to be set
                 driven = variable.type == "Real" or isinstance(element, (Mapping, SIGNAL_TYPES))
                 if variable.causality == "input" and driven:
                     signals[full] = validation.signal(layer, label, element, variable)
-                    parameters.pop(full, None)
                 elif variable.causality in ("parameter", "input") or _has_start(
                     variable
                 ):  # inputs of other types may be constant
@@ -148,11 +148,12 @@ def _not_settable(variable: Variable) -> str:
 def _elements(layer: Layer, member: str, key: str, raw: Any, archive: Archive) -> list[tuple[str, Any]]:
     """The scalar variables that a key stands for, each with its raw value.
 
-    Where an FMU has a vector and a scalar of that name, which sets all its elements, one value is that of all of
-    them."""
+    Where an FMU of this package has a vector and a scalar of that name, which sets all its elements, one value is that
+    of all of them."""
     elements = archive.vectors.get(key)
     if key in archive.variables and not (elements and isinstance(raw, list)):
-        return [(key, raw), *((element, raw) for element in elements or ())]
+        every = elements if elements and archive.reentrant else ()
+        return [(name, raw) for name in (key, *every)]
     if elements is None:
         _refuse_name(layer, member, key, raw, archive)
     if not isinstance(raw, list):

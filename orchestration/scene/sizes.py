@@ -1,4 +1,4 @@
-"""Size of the body in a scene: the keys tcas and segments of the table [body], or body.tcas of one FMU's own table.
+"""Size of the body in a scene: the keys tcas, segments and ports of the table [body], or body.tcas of one FMU's own table.
 
 FMUs of this package are written at that size when the scene is read (fmi/configuration.py); all others have the size
 that they have."""
@@ -17,6 +17,7 @@ from .validation import Layer
 __all__ = ["MAX_SIZES", "open_archives", "take_sizes"]
 
 _TABLE = "body"
+_PORTS = "ports"  # true or false: the rod's ports for models of its surroundings
 MAX_SIZES = {"tcas": 12, "segments": 6}  # room in the FMUs (fmus/core/capacity.hpp)
 Sizes = dict[str, dict[str, tuple[int, Layer]]]  # by member, "" for all: key -> size and the layer that sets it
 
@@ -70,6 +71,11 @@ def _without(
         if isinstance(size, bool) or not isinstance(size, int) or not 1 <= size <= most:
             layer.refuse(f"{label}.{key}", size, f"give a whole number from 1 to {most}")
         sizes.setdefault(member, {})[key] = (size, layer)
+    ports = kept.pop(prefix + _PORTS, None)
+    if ports is not None:
+        if not isinstance(ports, bool):
+            layer.refuse(f"{label}.{_PORTS}", ports, "give true or false")
+        sizes.setdefault(member, {})[_PORTS] = (ports, layer)
     return kept
 
 
@@ -101,7 +107,8 @@ def open_archives(
         wanted = {**sizes.get("", {}), **sizes.get(name, {})}
         if can_configure(source) and wanted:
             tcas, segments = (wanted[key][0] if key in wanted else None for key in MAX_SIZES)
-            archives[name] = archive(configured_fmu(source, Configuration(tcas, segments)))
+            ports = bool(wanted[_PORTS][0]) if _PORTS in wanted else None
+            archives[name] = archive(configured_fmu(source, Configuration(tcas, segments, ports)))
             source.close()
         elif name in sizes:
             key, (size, layer) = next(iter(sizes[name].items()))
