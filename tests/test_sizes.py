@@ -271,17 +271,18 @@ def test_a_body_of_four_tcas_and_two_segments_in_one_scene() -> None:
 def test_a_value_for_all_tcas_sets_each_and_the_last_one_given_wins() -> None:
     base = {"stop_time": "1 s", "rod": {"tca.E": "500 MPa", "tca.E[2]": "600 MPa", "dynamic": False}}
     scene = tca.read(base)
-    rod = next(member for member in scene.members if member.name == "rod")
+    rod = scene.member("rod")
     assert [rod.value(f"tca.E[{i}]") for i in (1, 2, 3)] == [5e8, 6e8, 5e8]
     again = tca.read(base, {"rod.tca.E": "700 MPa"})
-    rod = next(member for member in again.members if member.name == "rod")
+    rod = again.member("rod")
     assert {rod.value(f"tca.E[{i}]") for i in (1, 2, 3)} == {7e8}
 
 
 def test_scenes_of_other_bodies_bend_the_way_they_must() -> None:
     tip = {name: tca.run(name, {"stop_time": "4 s"})["rod.tip.p"][-1].to_numpy() for name in ("antagonist", "serial")}
-    assert tip["antagonist"][0] < -2e-3 and abs(tip["antagonist"][1]) < 1e-9  # both bend towards -x
-    assert tip["serial"][0] < 0.0 and abs(tip["serial"][1]) < 1e-9
+    assert tip["antagonist"][0] < -2e-3  # both bend towards -x
+    assert tip["serial"][0] < 0.0
+    assert max(abs(each[1]) for each in tip.values()) < 1e-9
     taper = tca.run("taper", {"stop_time": "1 s"})
     assert taper.attrs["status"] == "complete"
 
@@ -296,7 +297,7 @@ def test_ports_give_the_reaction_of_the_clamp() -> None:
             "rod": {"gravity": [9.81, 0, 0], "dynamic": False, "shape.f[1,2]": "1 N/m"},
         }
     )
-    weight = 1040 * 3.141592653589793 * 5e-3**2 * 40e-3 * 9.81
+    weight = 1040 * np.pi * 5e-3**2 * 40e-3 * 9.81
     force = result["rod.base.force"][-1].to_numpy()
     assert force[0] == pytest.approx(-weight, rel=1e-9)
     assert force[1] == pytest.approx(-1.0 * 0.5 * 2e-3, rel=1e-9)  # half a spacing of 2 mm at the clamp

@@ -44,7 +44,7 @@ class Configuration:
     def text(self) -> str:
         """Write the configuration as the binary reads it."""
         lines = [f"{name} {size}" for name, size in (("tcas", self.tcas), ("segments", self.segments)) if size]
-        lines += [f"ports {_text(self.ports)}"] * (self.ports is not None)
+        lines += [] if self.ports is None else [f"ports {_text(self.ports)}"]
         lines += ["states moving"] * self.only_moving_states
         lines += [f"start {name} {_text(value)}" for name, value in self.starts.items()]
         return "".join(f"{line}\n" for line in lines)

@@ -1,4 +1,4 @@
-"""Size of the body in a scene: the keys tcas, segments and ports of the table [body], or body.tcas of one FMU's own table.
+"""Size of the body in a scene: the keys tcas, segments and ports of the table [body], or body.tcas of one FMU.
 
 FMUs of this package are written at that size when the scene is read (fmi/configuration.py); all others have the size
 that they have."""
