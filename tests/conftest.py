@@ -46,6 +46,7 @@ SLOW = {
     "test_sweep",
     "test_tangent",
     "test_verify",
+    "test_wild_parameters",
     "test_work_precision",
 }
 

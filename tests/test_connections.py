@@ -8,8 +8,12 @@ from typing import Any
 import pytest
 import tca_cosim as tca
 from fmu_maker import Variable, boolean, enumeration, integer, make_fmu, real
+from tca_cosim.cosim.converted_inputs import convert_inputs
+from tca_cosim.cosim.subsystem import Port
+from tca_cosim.cosim.topology import Connection
 from tca_cosim.fmi.archive import cached_archive
 from tca_cosim.scene import read
+from tca_cosim.studies.stability.model_problems import linear
 
 KELVIN = '<Unit name="K"><BaseUnit K="1"/></Unit>'
 CELSIUS = '<Unit name="degC"><BaseUnit K="1" offset="273.15"/></Unit>'
@@ -210,3 +214,14 @@ def test_tables_say_what_a_text_cannot(tmp_path: Path) -> None:
     for wrong in (3, "a.T b.T", {"from": "a.T"}):
         with pytest.raises(tca.SceneError, match=r"give 'fmu\.output -> fmu\.input'"):
             scene(tmp_path, [wrong], a="a.fmu", b="b.fmu")
+
+
+def test_ports_of_wired_inputs_are_in_the_unit_of_their_source() -> None:
+    """y = 2 x + 10: start, limits and nominal as the source sees them."""
+    inner = linear("plant", [], [], [], [1.0], [], "u", "y")
+    inner.inputs = (Port("u", nominal=4.0, start=16.0, least=0.0, most=20.0),)
+    seen = convert_inputs(inner, [Connection(("a", "x"), ("plant", "u"), 2.0, 10.0)])
+    (port,) = seen.inputs
+    assert (port.start, port.nominal, port.least, port.most) == (3.0, 2.0, -5.0, 5.0)
+    seen = convert_inputs(inner, [Connection(("a", "x"), ("plant", "u"), -2.0, 10.0)])
+    assert (seen.inputs[0].least, seen.inputs[0].most) == (-5.0, 5.0)

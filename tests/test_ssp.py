@@ -37,6 +37,16 @@ def test_it_holds_everything(archive: Path) -> None:
     assert names == {"SystemStructure.ssd"} | sets | {f"resources/{member}.fmu" for member in members}
 
 
+def test_every_real_parameter_has_a_value_and_others_where_they_are_set(archive: Path) -> None:
+    """A host without the FMU's start values at hand gets the whole model."""
+    scene = tca.read("step")
+    for member in scene.members:
+        found = parameters(archive, "fig3", member.name)
+        declared = [v for v in member.archive.variables.values() if v.causality == "parameter"]
+        assert {v.name for v in declared if v.type == "Real"} <= set(found)
+        assert {v.name for v in declared if v.type != "Real"} & set(found) <= set(member.parameters)
+
+
 def test_the_structure_is_valid_and_wired(archive: Path) -> None:
     described = fmpy_ssd.read_ssd(str(archive))  # checks it against the schema, and the bound parameter sets
     system = described.system

@@ -134,6 +134,16 @@ def test_mappings(entry: str, value: str, unit: str, expected: float, reading: R
     assert scene.member("dst").value(name) == pytest.approx(expected)
 
 
+@pytest.mark.parametrize(("spelt", "expected"), [("1", False), ("true", False), ("0", True), ("false", True)])
+def test_mappings_of_booleans_take_both_spellings(spelt: str, expected: bool, reading: Reader) -> None:
+    entries = '<ssc:MapEntry source="true" target="false"/><ssc:MapEntry source="0" target="1"/>'
+    table = f"<ssc:BooleanMappingTransformation>{entries}</ssc:BooleanMappingTransformation>"
+    entry = f'<ssm:MappingEntry source="a" target="on">{table}</ssm:MappingEntry>'
+    files = {"p.ssv": parameters(parameter("a", spelt, "Boolean"))}
+    source = component("src", "resources/src.fmu", connector("y", "output"), binding("p.ssv", mapping(entry)))
+    assert reading(ssd(system(source + TARGET, WIRE)), files).member("src").value("on") is expected
+
+
 def test_what_a_mapping_leaves_out_is_named(reading: Reader) -> None:
     files = {"p.ssv": parameters(parameter("a", 2) + parameter("b", 3))}
     entry = '<ssm:MappingEntry source="a" target="p"/>'
