@@ -73,7 +73,7 @@ class HeatModel:
     Raises
     ------
     SceneError
-        The scene has no thermal FMU with modes.
+        The scene has no thermal FMU with modes, or its convection depends on the temperature.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -81,6 +81,11 @@ class HeatModel:
         if member is None:
             raise SceneError(f"{scene.name}: no FMU with the model {THERMAL!r}; planning needs one")
         archive = member.archive
+        if "convection" in archive.variables and member.choice("convection") != "constant":
+            raise SceneError(
+                f"{member.name}.convection = {member.choice('convection')}: the heat is not linear in the powers; "
+                "plan with convection = constant and a suitable h"
+            )
         self.parameters = ThermalParameters.of(member)
         self.member = member.name
         self._stack = contextlib.ExitStack()
