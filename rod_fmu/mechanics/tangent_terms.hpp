@@ -60,7 +60,7 @@ struct Rates {
   ROD_INLINE auto l2(int p) const { return linear2[p]; }
 };
 
-/// Of a segment: variations of the motions of its start and end, and of the wrench at its start.
+/// Variations of the motions of a segment at its start and end, and of the wrench at its start.
 struct EndVariations {
   SectionVariation start, end;
   Wrench base;

@@ -15,7 +15,7 @@ namespace thermal {
 using core::Cubic;
 using core::Status;
 
-/// Of arrays over TCAs the first `count` of the parameters are used.
+/// Arrays over TCAs: the first `count` of the parameters are used.
 struct Drive {
   std::array<Cubic, kMaxTcas> V{};      // [V]
   std::array<Cubic, kMaxTcas> delta{};  // [m]
