@@ -84,8 +84,10 @@ void inputs(Table<Data>& table, const Data& data) {
         .nominal(1e-3);
   }
   table.input("T_ambient", data.T_ambient, "K", "Temperature of the surroundings").range(1.0, 1e4).nominal(300.0);
-  table.input("air_speed", data.air_speed, "m/s", "Speed of the air across the body, acts where convection = forced")
-      .range(0.0, 100.0);
+  table
+      .input("air_speed", data.air_speed, "m/s",
+             "Speed of the air across the body in either sense, acts where convection = forced")
+      .range(-100.0, 100.0);
 }
 
 void outputs(Table<Data>& table, const Data& data) {
