@@ -18,8 +18,8 @@ Parameters with(ConvectionKind kind, Level level, std::size_t tcas = 3) {
 }
 
 // Incropera and DeWitt, Fundamentals of Heat and Mass Transfer: example 9.4, a horizontal pipe of 0.1 m at 165 degC in
-// air of 23 degC (Nu = 23.3, k = 0.0313); example 7.4, a cylinder of 12.7 mm at 128.4 degC in air of 26.2 degC at 10 m/s (Nu
-// = 40.6).
+// air of 23 degC (Nu = 23.3, k = 0.0313); example 7.4, a cylinder of 12.7 mm at 128.4 degC in air of 26.2 degC at 10
+// m/s (Nu = 40.6).
 TEST(Convection, CorrelationsGiveTheWorkedExamples) {
   Parameters pipe = with(ConvectionKind::free, Level::full);
   pipe.body.radius = 0.05;
