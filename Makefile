@@ -15,8 +15,8 @@ VENV := .venv
 BUILD := build
 WERROR ?= OFF
 export PATH := $(CURDIR)/$(VENV)/bin:$(PATH)
-CXX_FILES := $(shell find fmus thermal_fmu rod_fmu engine tests -name '*.[ch]pp' -o -name '*.c')
-SOURCES := $(CXX_FILES) $(shell find fmus thermal_fmu rod_fmu engine tests orchestration -name '*.txt' -o -name '*.md' \
+CXX_FILES := $(shell find fmus thermal_fmu rod_fmu tests -name '*.[ch]pp' -o -name '*.c')
+SOURCES := $(CXX_FILES) $(shell find fmus thermal_fmu rod_fmu tests orchestration -name '*.txt' -o -name '*.md' \
 	-o -name '*.png' -o -name '*.cmake' -o -name '*.map' -o -path 'orchestration/*' -type f ! -name '*.pyc') CMakeLists.txt pyproject.toml
 WINDOWS = TCA_WIN64=ON $(addprefix FETCHCONTENT_SOURCE_DIR_SUNDIALS=,$(realpath $(VENV)/sundials))
 
@@ -78,7 +78,7 @@ sanitize: $(VENV)/tested
 
 tidy: $(VENV)/tested
 	cmake -S . -B $(BUILD)/tidy -G Ninja -DCMAKE_EXPORT_COMPILE_COMMANDS=ON
-	clang-tidy -p $(BUILD)/tidy --quiet --extra-arg=-Wno-unknown-warning-option $(filter-out %unload.cpp,$(filter %.cpp,$(shell find fmus thermal_fmu rod_fmu engine -name '*.cpp')))
+	clang-tidy -p $(BUILD)/tidy --quiet --extra-arg=-Wno-unknown-warning-option $(filter-out %unload.cpp,$(filter %.cpp,$(shell find fmus thermal_fmu rod_fmu -name '*.cpp')))
 
 format: $(VENV)/installed $(VENV)/tested
 	ruff check --fix .

@@ -45,7 +45,15 @@ def operating_point(dae: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     for k, name in enumerate(dae.u()):
         u[k] += {"V": 1.0, "T": 15.0, "delta": 1e-3, "gravity": 3.0, "tip_force": 1e-3}.get(name.partition("[")[0], 0.0)
     for k, name in enumerate(dae.p()):
-        values = {"body.nu": 0.45, "body.retardation": 5e-3, "tca.alpha_T": 1e-3, "tca.beta": 0.1}
+        values = {
+            "segment.nu": 0.45,
+            "segment.retardation": 5e-3,
+            "tip_body.mass": 1e-3,
+            "tip_body.inertia": 1e-7,
+            "tca.stop_stiffness": 10.0,
+            "tca.alpha_T": 1e-3,
+            "tca.beta": 0.1,
+        }
         p[k] = values.get(name.partition("[")[0], p[k])
     return x, u, p
 

@@ -449,23 +449,8 @@ void add_states(Table& table, std::size_t segments, bool has_ports) {
 }
 
 /// Parameters of material and TCA laws, which may change in a rod that moves: its strains keep their meaning. Not so
-/// the geometry and what chooses the discretisation.
+/// the geometry and what chooses the discretisation; nor parameters that set others, whose derivative is ambiguous.
 constexpr const char* kRetuned[] = {
-    "body.E",
-    "body.nu",
-    "body.rho",
-    "body.shear_factor",
-    "body.retardation",
-    "body.stiffness",
-    "body.curvature",
-    "tca.wire_diameter",
-    "tca.coils",
-    "tca.twists",
-    "tca.E",
-    "tca.rho_T",
-    "tca.stiffness",
-    "tca.stroke",
-    "T_0",
     "segment.E",
     "segment.nu",
     "segment.rho",
@@ -473,21 +458,31 @@ constexpr const char* kRetuned[] = {
     "segment.retardation",
     "segment.stiffness",
     "segment.curvature",
+    "tca.wire_diameter",
+    "tca.coils",
+    "tca.twists",
+    "tca.E",
+    "tca.rho_T",
+    "tca.stiffness",
     "tca.stiffening",
+    "tca.stroke",
     "tca.stroke_curvature",
     "tca.stop",
     "tca.stop_width",
     "tca.stop_stiffness",
-    "tip_body.mass",
     "tip_body.inertia",
     "tip_body.centre",
+    "body.stiffness",
+    "body.curvature",
 };
 
 void mark_retuned(std::vector<fmu::Variable>& rows) {
   for (fmu::Variable& row : rows) {
-    const std::string vector = row.name.substr(0, row.name.find('['));
-    if (row.causality == fmu::Causality::parameter && std::ranges::find(kRetuned, vector) != std::end(kRetuned))
-      row.retuned();
+    if (row.causality != fmu::Causality::parameter) continue;
+    const std::size_t bracket = row.name.find('[');
+    const bool is_element = bracket != std::string::npos && row.also.empty();
+    const bool is_listed = std::ranges::find(kRetuned, row.name.substr(0, bracket)) != std::end(kRetuned);
+    if ((is_element && is_listed) || row.name == "T_0" || row.name == "tip_body.mass") row.retuned();
   }
 }
 
