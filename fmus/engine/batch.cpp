@@ -9,8 +9,8 @@
 #include <thread>
 #include <vector>
 
-#include "engine.h"
-#include "run.hpp"
+#include "engine/engine.h"
+#include "engine/run.hpp"
 
 namespace {
 

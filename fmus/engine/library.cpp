@@ -1,4 +1,4 @@
-#include "library.hpp"
+#include "engine/library.hpp"
 
 #include <stdexcept>
 

@@ -1,4 +1,4 @@
-#include "member.hpp"
+#include "engine/member.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "engine.h"
-#include "library.hpp"
+#include "engine/engine.h"
+#include "engine/library.hpp"
 
 namespace engine {
 

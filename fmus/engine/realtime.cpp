@@ -5,8 +5,8 @@
 #include <exception>
 #include <thread>
 
-#include "engine.h"
-#include "run.hpp"
+#include "engine/engine.h"
+#include "engine/run.hpp"
 
 #ifdef __linux__
 #include <dlfcn.h>

@@ -3,7 +3,7 @@
 
 #include <memory>
 
-#include "member.hpp"
+#include "engine/member.hpp"
 
 namespace engine {
 

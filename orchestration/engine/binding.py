@@ -1,4 +1,4 @@
-"""The C interface of the engine (engine/engine.h) by ctypes."""
+"""The C interface of the engine (fmus/engine/engine.h) by ctypes."""
 
 from __future__ import annotations
 
