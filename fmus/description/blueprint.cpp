@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <charconv>
 #include <cinttypes>
 #include <cstdio>
-#include <mutex>
 #include <set>
 
 #include "description/description.hpp"
@@ -184,6 +184,23 @@ std::vector<bool> moving_states(Model& model, std::size_t count) {
   return moving;
 }
 
+namespace {
+
+/// Holds a flag while it lives. Waiting is rare and takes milliseconds; MinGW's win32 threads have no std::mutex.
+class SpinLock {
+ public:
+  explicit SpinLock(std::atomic_flag& flag) : flag_(flag) {
+    while (flag_.test_and_set(std::memory_order_acquire)) continue;
+  }
+  ~SpinLock() { flag_.clear(std::memory_order_release); }
+  SpinLock(const SpinLock&) = delete;
+
+ private:
+  std::atomic_flag& flag_;
+};
+
+}  // namespace
+
 const Blueprint& Blueprint::get() {
   static const Blueprint blueprint = make({});
   return blueprint;
@@ -192,10 +209,10 @@ const Blueprint& Blueprint::get() {
 std::shared_ptr<const Blueprint> Blueprint::of(const Configuration& configuration) {
   if (configuration == Configuration()) return {std::shared_ptr<const Blueprint>(), &get()};
   // Whoever makes one instance after another finds the last one still there; those of a sweep do not pile up.
-  static std::mutex mutex;
+  static std::atomic_flag is_taken;
   static std::vector<std::weak_ptr<const Blueprint>> in_use;
   static std::shared_ptr<const Blueprint> last;
-  const std::scoped_lock lock(mutex);
+  const SpinLock lock(is_taken);
   std::erase_if(in_use, [](const auto& each) { return each.expired(); });
   for (const auto& each : in_use)
     if (auto blueprint = each.lock(); blueprint && blueprint->configuration == configuration) return last = blueprint;

@@ -170,10 +170,15 @@ struct Outputs {
   std::array<Triple, kShapeStations> shape_v{};  // m/s
 };
 
+/// Retardation time of silicone [s], the start value of an FMU: without damping a manipulator that a host drives by steps
+/// of its inputs rings for ever.
+inline constexpr double kSilicone = 5e-3;
+
 struct Data {
   explicit Data(std::size_t tcas = core::kDefaultTcas, std::size_t segments = core::kDefaultSegments,
                 bool has_ports = false)
       : parameters(tcas, segments) {
+    parameters.set(&Segment::retardation, kSilicone);
     parameters.has_load = has_ports;
     inputs.tcas = tcas;
     inputs.stations = has_ports ? kShapeStations : 0;
