@@ -36,6 +36,7 @@ autodoc_member_order = "groupwise"
 autodoc_typehints = "signature"
 autodoc_preserve_defaults = True
 napoleon_google_docstring = False
+napoleon_use_ivar = True  # attributes of data classes have entries of their own
 napoleon_numpy_docstring = True
 
 # HTML

@@ -2,6 +2,8 @@
 // bodies, balance of momentum, the same body cut into segments.
 #include <gtest/gtest.h>
 
+#include <Eigen/Eigenvalues>
+
 #include "mechanics/segmented_rod.hpp"
 #include "mechanics/uniform_rod.hpp"
 #include "rod_support.hpp"
@@ -204,6 +206,58 @@ TEST(RodBodies, BondedAndTetheredTcasAgreeWithEnergyMinimisation) {
   expect(tethered,
          {cold, {8.4561942e-3, -1.33962e-7, 39.0397613e-3}, {-4.155882e-4, 2.235504e-4, 2.235530e-4}, {9.81, 0, 0}},
          1e-7);
+}
+
+TEST(RodBodies, FrequenciesTendToThoseOfSlenderBeams) {
+  struct Beam {
+    double taper, payload, first, second;  // radius at the tip over that at the clamp; mass at the tip over the beam's
+  };
+  for (const Beam& beam : {Beam{0.6, 0.0, 4.318779, 20.049984}, Beam{0.3, 0.0, 5.509262, 18.641255},
+                           Beam{1.0, 1.0, 1.557298, 16.250085}}) {
+    double before = 1.0;
+    for (const double slenderness : {25.0, 100.0}) {
+      Parameters p = order(5, 2);
+      p.set(&Segment::strains, Strains::bending), p.set(&Tca::law, Law::measured), p.set(&Tca::stiffness, 0.0);
+      const double radius = p.length() / slenderness, middle = 0.5 * (1.0 + beam.taper) * radius;
+      p.segment[0].radius = radius, p.segment[0].radius_end = p.segment[1].radius = middle;
+      p.segment[1].radius_end = beam.taper * radius;
+      p.set(&Tca::offset, 0.1 * beam.taper * radius), p.set(&Tca::offset_end, 0.1 * beam.taper * radius);
+      const Section clamp = Section::of(p.segment[0], p.profile, radius);
+      p.tip_body.mass = beam.payload * clamp.mass * p.length();
+      const auto rod = make_rod(p);
+      Workspace work;
+      Vector r, zero = Vector::Zero(rod->unknowns());
+      rod->residual(zero.data(), zero.data(), zero.data(), Loads(), work, r);
+      Matrix K, M;
+      rod->tangent(work, {.q = 1.0}, K);
+      rod->tangent(work, {.a = 1.0}, M);
+      const Eigen::GeneralizedSelfAdjointEigenSolver<Matrix> modes(0.5 * (K + K.transpose()),
+                                                                   0.5 * (M + M.transpose()));
+      const double unit = std::sqrt(clamp.stiffness[0] / clamp.mass) / (p.length() * p.length());
+      const double first = std::sqrt(modes.eigenvalues()[0]) / unit, second = std::sqrt(modes.eigenvalues()[2]) / unit;
+      const double error = std::max(std::abs(first / beam.first - 1.0), std::abs(second / beam.second - 1.0));
+      EXPECT_LT(error, 0.2 * before);
+      before = error;
+    }
+    EXPECT_LT(before, 1e-3);
+  }
+}
+
+TEST(RodBodies, EnergyOfBondedAndTetheredTcasIsKept) {
+  for (const bool bonded : {true, false}) {
+    Parameters p = order(2);
+    p.contact = bonded ? Contact::bonded : Contact::sliding;
+    p.ends = bonded ? Ends::free : Ends::tethered;
+    Bench bench(p);
+    bench.inputs.T[0][0] = 330.0, bench.inputs.gravity[1][0] = 5.0;
+    const auto total = [&bench] {
+      const Outputs y = bench.outputs();
+      return y.energy_elastic + y.energy_kinetic + y.energy_gravity + y.energy_tca;
+    };
+    const double before = total();
+    ASSERT_EQ(step_rosenbrock(bench.rod, bench.inputs, 0.02, 1e-11, bench.state, bench.scratch).reached, 0.02);
+    EXPECT_NEAR(total(), before, 1e-9 * before);
+  }
 }
 
 TEST(RodBodies, CuttingABodyChangesNothing) {
