@@ -4,11 +4,13 @@ order, and what is hit feels the whole blow."""
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
+import tca_cosim as tca
 from scipy.special import spherical_jn
-from tca_cosim.cosim.signals import Impulse, Sine, _bessel
+from tca_cosim.cosim.signals import Impulse, Ramps, Sine, Steps, _bessel
 from tca_cosim.studies.stability.model_problems import couple, linear
 
 PERIOD = 1.7
@@ -73,3 +75,19 @@ def test_an_oscillator_feels_the_whole_blow(omega: float) -> None:
     swing = 2.0 * 3.0 * rate * math.cos(0.01 * omega) / (omega * (rate**2 - omega**2))
     bound = 6e-3 * (0.01 * omega) ** 2 * swing
     assert body.values()[0] == pytest.approx(swing * math.sin(omega * 0.14), abs=bound)
+
+
+def test_columns_of_one_file_drive_the_elements_of_a_vector(tmp_path: Path) -> None:
+    (tmp_path / "volts.csv").write_text("t [s],V1 [V],V2 [mV],V3 [V]\n0,0,500,1\n2,4,500,3\n")
+    path = tmp_path / "scene.toml"
+    path.write_text(
+        'stop_time = "2 s"\n[thermal]\nV = { file = "volts.csv", columns = ["V1", "V2", "V3"], hold = "held" }\n'
+    )
+    signals = tca.read(path).member("thermal").signals
+    assert [signals[f"V[{i}]"] for i in (1, 2, 3)] == [
+        Steps((0.0, 2.0), (0.0, 4.0)),
+        Steps((0.0, 2.0), (0.5, 0.5)),
+        Steps((0.0, 2.0), (1.0, 3.0)),
+    ]
+    one = tca.read(path, {"thermal.V[1]": {"file": str(tmp_path / "volts.csv"), "column": "V1", "hold": "linear"}})
+    assert one.member("thermal").signals["V[1]"] == Ramps((0.0, 2.0), (0.0, 4.0))

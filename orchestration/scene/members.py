@@ -156,6 +156,9 @@ def _elements(layer: Layer, member: str, key: str, raw: Any, archive: Archive) -
         return [(name, raw) for name in (key, *every)]
     if elements is None:
         _refuse_name(layer, member, key, raw, archive)
+    if isinstance(raw, Mapping) and isinstance(raw.get("columns"), list):  # one file has the signals of all elements
+        others = {entry: value for entry, value in raw.items() if entry != "columns"}
+        raw = [{**others, "column": column} for column in raw["columns"]]
     if not isinstance(raw, list):
         return [(element, raw) for element in elements]
     vector = archive.arrays[key]

@@ -44,10 +44,14 @@ _COMMA = re.compile(r"\s*[-+]?\d+,\d")
 MAX_PULSES = 100_000  # of a train: two events each, which a run steps to one by one
 
 
+def _is_signal(value: Mapping[str, Any]) -> bool:
+    return any(kind in value for kind in SIGNALS) or ("file" in value and not {"column", "columns"}.isdisjoint(value))
+
+
 def flat(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
     """Yield dotted names and values of nested tables; a table that is a signal stays whole."""
     for key, value in table.items():
-        if isinstance(value, Mapping) and not any(kind in value for kind in SIGNALS):
+        if isinstance(value, Mapping) and not _is_signal(value):
             yield from flat(value, f"{prefix}{key}.")
         else:
             yield prefix + key, value
@@ -120,7 +124,7 @@ def _items(variable: Variable) -> str:
 def signal(layer: Layer, key: str, raw: Any, variable: Variable) -> Signal:
     """Read a signal: a constant, {steps = [[t, value], ...]}, {ramps = [[t, value], ...]}, or a table of SHAPES: {sine
     = {offset, amplitude, period, phase}}, {impulse = {peak, width}}, {pulses = {high, width, period, count}}, or
-    {table = {file, column}} (columns.py).
+    {table = {file, column}} (columns.py), in short {file, column, hold}.
 
     Integer, Boolean and enumeration variables take constants and steps. Raises SceneError."""
     if isinstance(raw, SIGNAL_TYPES):
@@ -129,6 +133,8 @@ def signal(layer: Layer, key: str, raw: Any, variable: Variable) -> Signal:
         return raw
     if not isinstance(raw, Mapping):
         return Constant(float(scalar(layer, key, raw, variable)))
+    if "file" in raw and "column" in raw:  # a table in short
+        raw = {"table": {"interpolation" if entry == "hold" else entry: value for entry, value in raw.items()}}
     if variable.type == "String":
         layer.refuse(key, dict(raw), "the variable is a String, which is constant; give a text")
     if len(raw) != 1 or next(iter(raw)) not in SIGNALS:
