@@ -170,8 +170,8 @@ struct Outputs {
   std::array<Triple, kShapeStations> shape_v{};  // m/s
 };
 
-/// Retardation time of silicone [s], the start value of an FMU: without damping a manipulator that a host drives by steps
-/// of its inputs rings for ever.
+/// Retardation time of silicone [s], the start value of an FMU: an undamped manipulator that a host drives by steps of
+/// its inputs rings for ever.
 inline constexpr double kSilicone = 5e-3;
 
 struct Data {
