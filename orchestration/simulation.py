@@ -233,6 +233,7 @@ def _lent(scene: Scene, member: Member) -> Iterator[Instance]:
             slave.close()
         raise
     if isinstance(slave, Slave) and slave.reusable and facts not in _KEPT:
+        slave.rest()
         _KEPT[facts] = slave
         while len(_KEPT) > MAX_KEPT:
             _KEPT.pop(next(iter(_KEPT))).close()

@@ -17,7 +17,7 @@ from tca_cosim.parallel import spread
 from tca_cosim.studies.stability import KINDS, StabilityStudy, Verdict, chart, oscillators, rod, run_study
 from tca_cosim.studies.stability.theory import Beam, stability_limit
 
-MOVING = ("rod.dynamic=true",)
+MOVING = ("rod.dynamic=true", "rod.body.retardation=0")
 
 
 def beam(*overrides: str) -> Beam:

@@ -111,12 +111,20 @@ class Fmu:
         return dict(zip((v.name for v in self.outputs), values, strict=True))
 
 
+def _is_drawn(name: str) -> bool:
+    """Whether a parameter is drawn: those of the whole body, not of single segments and TCAs, which nearly always
+    contradict each other at random."""
+    if name.startswith(("segment.", "tip_body.")) or name in ("tca.contact", "tca.ends", "tca.handedness"):
+        return False
+    return "[" not in name or name.startswith(("body.", "tca.azimuth", "tca.helix"))
+
+
 def drawn(fmu: Fmu, chance: random.Random) -> Draw:
     """Each parameter moved with a probability, by a width, that are drawn too: from nearly usual to wild."""
     share, width = chance.choice((0.1, 0.3, 1.0)), chance.choice((0.2, 1.0, 3.0, 6.0))
     values: dict[str, float] = {}
     for v in fmu.description.modelVariables:
-        if v.causality != "parameter":
+        if v.causality != "parameter" or not _is_drawn(v.name):
             continue
         if v.type == "Enumeration":
             values[v.name] = chance.randint(1, len(v.declaredType.items))

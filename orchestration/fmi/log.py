@@ -47,6 +47,7 @@ class Log:
     def __init__(self, name: str) -> None:
         self.name = name
         self.time = 0.0  # where the instance is [s]
+        self.resting = False  # the instance is kept for a later run and says nothing
         self.messages: list[str] = []  # since the last call that failed
         self.warnings: dict[str, Warned] = {}
         self.key = next(self._keys)
@@ -63,9 +64,10 @@ class Log:
         log = cls._open.get(environment or 0)
         if log is None:
             # Some FMUs hand over no environment. The newest instance of that name is meant, or the only one there is.
-            named = [one for _, one in sorted(cls._open.items()) if one.name.encode() == instance]
-            if not named and instance is None and len(cls._open) == 1:
-                named = list(cls._open.values())
+            running = [one for _, one in sorted(cls._open.items()) if not one.resting]
+            named = [one for one in running if one.name.encode() == instance]
+            if not named and instance is None and len(running) == 1:
+                named = running
             log = named[-1] if named else None
         if log is None:
             print(f"[FMU, status {status}] {(message or b'').decode('utf-8', 'replace')}")
@@ -74,7 +76,7 @@ class Log:
 
     def restart(self, time: float) -> None:
         """Forget everything, as at the start of a run at `time` [s]."""
-        self.time = time
+        self.time, self.resting = time, False
         self.messages, self.warnings = [], {}
 
     def add(self, status: int, text: str) -> None:

@@ -124,6 +124,10 @@ class Slave(Instance):
         """Whether reset() makes it what a new instance is: FMUs of this project are tested to do so."""
         return self._archive.reentrant and self._loaded and self._begun and not self._dead
 
+    def rest(self) -> None:
+        """Stop to receive messages, until reset() begins another run."""
+        self._log.resting = True
+
     def reset(
         self,
         parameters: Mapping[str, Value],
