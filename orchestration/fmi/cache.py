@@ -14,6 +14,7 @@ import shutil
 import tempfile
 import time
 from collections.abc import Callable, Iterator
+from functools import lru_cache
 from pathlib import Path
 
 __all__ = ["VARIABLE", "cache_folder", "clean", "keep_bytes", "kept_bytes", "kept_folder"]
@@ -67,7 +68,7 @@ def keep_bytes(name: str, content: bytes) -> None:
         except OSError:
             Path(draft).unlink(missing_ok=True)
             raise
-        clean(path.parent)
+        _clean_once(path.parent)
 
 
 def kept_folder(name: str, fill: Callable[[Path], None]) -> Path | None:
@@ -101,8 +102,14 @@ def kept_folder(name: str, fill: Callable[[Path], None]) -> Path | None:
     finally:
         shutil.rmtree(draft, ignore_errors=True)
         shutil.rmtree(draft.with_name(f"{draft.name}-damaged"), ignore_errors=True)
-    clean(path.parent)
+    _clean_once(path.parent)
     return path
+
+
+@lru_cache
+def _clean_once(folder: Path) -> None:
+    """Clean a folder once per process: it may hold thousands of files, which all would be looked at in every write."""
+    clean(folder)
 
 
 def clean(folder: Path, now: float | None = None) -> None:
