@@ -160,10 +160,23 @@ def test_a_warning_without_words_is_one_too(opened: Open) -> None:
     assert "answered fmi2Warning and logged nothing" in str(slave.warnings()[0])
 
 
+@pytest.mark.parametrize("status", ["fmi2Error", "fmi2Discard"])
 @pytest.mark.parametrize("name", ["m->name", "NULL"])
-def test_messages_without_environment_find_their_instance(opened: Open, name: str) -> None:
-    slave = opened(
-        [real("y")], ["y"], step=f'm->callbacks->logger(NULL, {name}, fmi2Error, NULL, "no way"); return fmi2Error;'
-    )
+def test_messages_without_environment_find_their_instance(opened: Open, name: str, status: str) -> None:
+    """Also among others that run in the same process."""
+    other = opened([real("y")], ["y"])
+    step = f'm->callbacks->logger(NULL, {name}, {status}, NULL, "no way"); return {status};'
+    slave = opened([real("y")], ["y"], step=step)
+    other.step(0.0, 1.0)
     with pytest.raises(SubsystemError, match=r"made: step from t = 0 s by 1 s: no way"):
         slave.step(0.0, 1.0)
+    assert not other.warnings()
+
+
+def test_warnings_without_name_are_those_of_the_call_that_answers_so(opened: Open) -> None:
+    step = 'm->callbacks->logger(NULL, NULL, fmi2Warning, NULL, "too hot"); return fmi2Warning;'
+    slave, other = opened([real("y")], ["y"], step=step), opened([real("y")], ["y"])
+    slave.step(0.0, 1.0)
+    other.step(0.0, 1.0)
+    assert [warning.text for warning in slave.warnings()] == ["too hot"]
+    assert not other.warnings()

@@ -206,6 +206,7 @@ class Instance:
             if self._component is not None:
                 self._typed.fmi2FreeInstance(self._component)
             fmi2.unload_library(self._typed)
+        self._log.close()
         self._loaded = False
 
     def watch_calls(self, wrap: Callable[[Any], Any]) -> None:
@@ -291,6 +292,7 @@ class Instance:
         if status == fmi2.fmi2OK:
             return
         if status == fmi2.fmi2Warning:
+            self._log.claim()
             if not self._log.messages:
                 self._log.warn(f"{what} answered fmi2Warning and logged nothing")
             self._log.messages.clear()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import re
 import weakref
+from collections import deque
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -43,6 +44,7 @@ class Log:
 
     _open: ClassVar[weakref.WeakValueDictionary[int, Log]] = weakref.WeakValueDictionary()
     _keys = itertools.count(1)
+    _unassigned: ClassVar[deque[tuple[int, str]]] = deque(maxlen=MAX_KINDS)  # until a call fails, which takes them
 
     def __init__(self, name: str) -> None:
         self.name = name
@@ -69,10 +71,22 @@ class Log:
             if not named and instance is None and len(running) == 1:
                 named = running
             log = named[-1] if named else None
-        if log is None:
-            print(f"[FMU, status {status}] {(message or b'').decode('utf-8', 'replace')}")
+        text = (message or b"").decode("utf-8", "replace").replace("##", "#")
+        if log is not None:
+            log.add(status, text)
+        elif not environment and instance is None:
+            cls._unassigned.append((status, text))
         else:
-            log.add(status, (message or b"").decode("utf-8", "replace").replace("##", "#"))
+            print(f"[FMU, status {status}] {text}")
+
+    def claim(self) -> None:
+        """Take the messages that name no instance, after a call of this instance that was not OK."""
+        while self._unassigned:
+            self.add(*self._unassigned.popleft())
+
+    def close(self) -> None:
+        """Receive no more messages."""
+        self._open.pop(self.key, None)
 
     def restart(self, time: float) -> None:
         """Forget everything, as at the start of a run at `time` [s]."""
@@ -99,6 +113,7 @@ class Log:
 
     def take(self) -> str:
         """Return the messages since the last call of this, as one text."""
+        self.claim()
         text = "; ".join(dict.fromkeys(self.messages)) or "nothing was logged"
         self.messages.clear()
         return text
