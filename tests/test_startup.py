@@ -67,6 +67,17 @@ def test_a_run_loads_what_it_writes_with(tmp_path: Path) -> None:
     assert sorted(file.name for file in tmp_path.iterdir()) == ["step.csv", "step.nc"]
 
 
+def test_a_plan_loads_no_xarray(tmp_path: Path) -> None:
+    """What xarray looks for when it makes a Dataset (pandas, dask, pint) takes longer to load than the plan to find."""
+    pytest.importorskip("piqp")
+    (tmp_path / "reach.csv").write_text("time,tip.p[1]\n1,0\n2,-0.001\n", encoding="utf-8")
+    arguments = ("plan", str(tmp_path / "reach.csv"), "--out", str(tmp_path))
+    code = "from tca_cosim.cli import main\ntry:\n    main()\nexcept SystemExit as end: assert not end.code\npass"
+    loaded(code, *arguments)  # descriptions and units are kept from here on
+    assert not loaded(code, *arguments) & {"xarray", "pandas", "dask", "pint", "matplotlib"}
+    assert (tmp_path / "reach.nc").is_file()
+
+
 def test_the_accessor_is_there_whoever_imports_xarray() -> None:
     for code in ("import xarray, tca_cosim", "import tca_cosim, xarray"):
         loaded(f"{code}; assert xarray.Dataset().tca.plot; assert xarray.__spec__.loader.get_source('xarray')")

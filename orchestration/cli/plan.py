@@ -40,7 +40,7 @@ def command(
         limits = PlanLimits(voltage, temperature + 273.15, (temperature if hottest is None else hottest) + 273.15, rate)
         made = plan(scene, lambda described: read_target(described, target), limits, distance, override)
         files = made.write(folder, target.stem)
-        results.write(made.result, folder / f"{target.stem}.nc")
+        results.write(made.table, folder / f"{target.stem}.nc")
         unit = made.target.units[0] if len(set(made.target.units)) == 1 else "units of the outputs"
         size = 1e3 if unit == "m" else 1.0
         shown = "mm" if unit == "m" else unit

@@ -7,10 +7,11 @@ import io
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
 from ..api import Overrides, Source, read
 from ..cosim.signals import Steps
@@ -18,15 +19,19 @@ from ..errors import FmuWarning, SceneError
 from ..files import atomic_write
 from ..fmi.archive import Archive
 from ..fmi.vectors import split_index
+from ..results import ResultTable
 from ..scene import Scene, changed
 from ..scene.manipulator import DISPLACEMENT, ROD, TEMPERATURE, THERMAL, VOLTAGE
 from ..scene.toml_writer import settings_of, toml_text
-from ..simulation import run
+from ..simulation import run_table
 from .heat import HOTTEST, HeatModel
 from .limits import PlanLimits
 from .problem import PathProblem, Solution
 from .rod import StaticRod
 from .target import Target
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["Plan", "plan"]
 
@@ -54,8 +59,10 @@ class Plan:
         Knots [s].
     voltages : ndarray, shape (K, N)
         From knot to knot [V].
-    result : xarray.Dataset
+    table : ResultTable
         Run of the scene with the full models.
+    result : xarray.Dataset
+        The same, made when it is first asked for.
     error : ndarray, shape (n,)
         Distance from the path, over the outputs, at the times of the result from the first of the path on.
     rms, largest : float
@@ -74,7 +81,7 @@ class Plan:
     limits: PlanLimits
     times: np.ndarray
     voltages: np.ndarray
-    result: xr.Dataset
+    table: ResultTable
     error: np.ndarray
     rms: float
     largest: float
@@ -82,6 +89,11 @@ class Plan:
     rounds: int
     converged: bool
     active: tuple[str, ...]
+
+    @cached_property
+    def result(self) -> xr.Dataset:
+        """Run of the scene with the full models."""
+        return self.table.to_xarray()
 
     def write(self, folder: Path, name: str) -> list[Path]:
         """Write the scene NAME.toml with its table NAME.voltages.csv; return the files."""
@@ -195,7 +207,7 @@ def _checked(scene: Scene, target: Target, limits: PlanLimits, times: np.ndarray
     planned = replace(planned, title=scene.title, layers=scene.layers)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", FmuWarning)  # of rounds that are not the last; the result has them all
-        result = run(planned)
+        result = run_table(planned)
     when = result["time"].to_numpy()
     inside = when >= target.times[0] - 1e-9
     values = _outputs(result, rod, target.outputs)[inside]
@@ -206,7 +218,7 @@ def _checked(scene: Scene, target: Target, limits: PlanLimits, times: np.ndarray
         limits=limits,
         times=knots,
         voltages=solution.voltages,
-        result=result,
+        table=result,
         error=error,
         rms=float(np.sqrt(np.trapezoid(error**2, when[inside]) / np.ptp(when[inside]))),
         largest=float(error.max()),
@@ -219,16 +231,16 @@ def _checked(scene: Scene, target: Target, limits: PlanLimits, times: np.ndarray
 
 def _deviation(problem: PathProblem, solution: Solution, made: Plan, thermal: str, rod: str) -> float:
     """Let the problem take along what the full models did otherwise; return how much that was, in sizes of the path."""
-    at = np.searchsorted(made.result["time"].to_numpy(), made.times[1:] - 1e-9 * made.times[-1])
-    outputs = _outputs(made.result, rod, made.target.outputs)[at]
+    at = np.searchsorted(made.table["time"].to_numpy(), made.times[1:] - 1e-9 * made.times[-1])
+    outputs = _outputs(made.table, rod, made.target.outputs)[at]
     change = outputs - (solution.outputs + problem.correction)
     problem.correction += change
-    temperatures = made.result[f"{thermal}.{TEMPERATURE}"].to_numpy()[at]
+    temperatures = made.table[f"{thermal}.{TEMPERATURE}"].to_numpy()[at]
     problem.warming += temperatures - solution.temperatures
     return float(np.abs(change[problem.weights > 0.0]).max() / problem.scale)
 
 
-def _outputs(result: xr.Dataset, member: str, names: tuple[str, ...]) -> np.ndarray:
+def _outputs(result: ResultTable, member: str, names: tuple[str, ...]) -> np.ndarray:
     """Return the outputs (n, p) of a member over time."""
     columns = []
     for name in names:
@@ -250,12 +262,12 @@ def _keeps(made: Plan) -> bool:
     thermal = made.scene.model(THERMAL)
     assert thermal is not None
     room = EXCESS
-    mean = float(made.result[f"{thermal.name}.{TEMPERATURE}"].max())
-    hottest = float(made.result[f"{thermal.name}.{HOTTEST}"].max())
+    mean = float(made.table[f"{thermal.name}.{TEMPERATURE}"].to_numpy().max())
+    hottest = float(made.table[f"{thermal.name}.{HOTTEST}"].to_numpy().max())
     return mean <= made.limits.temperature + room and hottest <= made.limits.hottest + room
 
 
-def _active(result: xr.Dataset, solution: Solution, limits: PlanLimits, knots: np.ndarray, thermal: str) -> list[str]:
+def _active(result: ResultTable, solution: Solution, limits: PlanLimits, knots: np.ndarray, thermal: str) -> list[str]:
     """Return the limits that act, with the spans of time in which they do."""
     texts = []
     V = solution.voltages
