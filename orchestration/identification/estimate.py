@@ -18,7 +18,7 @@ import numpy as np
 from scipy.optimize import least_squares
 from scipy.stats import t as student
 
-from ..errors import SceneError
+from ..errors import CosimError, SceneError
 from ..fmi.vectors import split_index
 from ..scene import Scene
 from .measurements import Measurements
@@ -107,7 +107,7 @@ def identify(
     SceneError
         Names that do not fit, or fewer samples than unknowns.
     CosimError
-        A set of parameters within the bounds cannot be run.
+        The parameters at the start, or those next to a point of the search, cannot be run.
     """
     fit = _Fit([Predictor(scene, measured) for scene, measured in experiments], tuple(free), dict(noise or {}), offsets)
     x = fit.start()
@@ -161,7 +161,7 @@ class _Fit:
         return np.array([p.start for p in self.free] + [0.0] * len(self.offsets)) / self.scales
 
     def residuals(self, points: np.ndarray) -> np.ndarray:
-        """Return the weighted residuals (runs, samples + priors) at points (runs, q)."""
+        """Return the weighted residuals (runs, samples + priors) at points (runs, q); nan where a run fails."""
         count = len(self.free)
         theta = points * self.scales
         names = [p.name for p in self.free]
@@ -194,7 +194,7 @@ class _Fit:
             for node, factor in stencil.items():
                 points.append(x + node * step * np.eye(len(x))[k])
                 weights.append((k, factor / step))
-        values = self.residuals(np.array(points))
+        values = self._require_runs(self.residuals(np.array(points)))
         J = np.zeros((values.shape[1], len(x)))
         for (k, weight), row in zip(weights, values, strict=True):
             J[:, k] += weight * row
@@ -206,8 +206,18 @@ class _Fit:
         least = np.array([p.least for p in self.free] + free[0]) / self.scales
         return least, np.array([p.most for p in self.free] + free[1]) / self.scales
 
+    def _require_runs(self, values: np.ndarray) -> np.ndarray:
+        """Return the residuals (runs, r). Raises CosimError where a run failed."""
+        if not np.isfinite(values).all():
+            where, why = next((p.scene.name, p.failure) for p in self.predictors if p.failure)
+            raise CosimError(
+                f"{where}: a set of parameters cannot be run: {why}; start elsewhere (--set), or give narrower bounds"
+            )
+        return values
+
     def solve(self, x: np.ndarray) -> np.ndarray:
-        """Return the solution (q,) from x on."""
+        """Return the solution (q,) from x on; steps to parameters that cannot be run are shortened."""
+        self._require_runs(self.residuals(x[None]))
         solution = least_squares(
             lambda x: self.residuals(x[None])[0],
             x,

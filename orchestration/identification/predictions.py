@@ -9,11 +9,11 @@ import numpy as np
 
 from ..engine.batch import run_plan
 from ..engine.plan import EnginePlan
-from ..errors import CosimError, SceneError
+from ..errors import CouplingError, SceneError, SubsystemError
 from ..fmi.vectors import split_index
 from ..scene import Scene, changed
 from ..scene.manipulator import CLOSURE_EXCHANGED, ROD
-from ..simulation import run
+from ..simulation import run_table
 from .measurements import Measurements
 
 __all__ = ["Predictor"]
@@ -30,6 +30,7 @@ class Predictor:
     scene: Scene
     measured: Measurements
     runs: int = 0
+    failure: str = ""  # of the last call: why a set of parameters could not be run; empty where all could
 
     def __post_init__(self) -> None:
         self._plan: EnginePlan | None = None
@@ -41,13 +42,11 @@ class Predictor:
     def __call__(self, names: Sequence[str], table: np.ndarray) -> np.ndarray:
         """Return the outputs (runs, n, m) for parameters (runs, p) of those names, the same at each call.
 
-        Raises
-        ------
-        CosimError
-            A set of parameters cannot be run.
+        They are nan for a set of parameters that cannot be run; `failure` says why.
         """
         vectors = list(dict.fromkeys(split_index(name)[0] for name in self.measured.outputs))
         self.runs += len(table)
+        self.failure = ""
         if self._plan is None and self._has_plan:
             try:
                 self._plan = EnginePlan.of(self.scene, names, [], vectors)
@@ -56,9 +55,7 @@ class Predictor:
         if self._plan is None:
             return np.array([self._one(names, row) for row in table])
         rows, failures = run_plan(self._plan, table)
-        failed = [text for text in failures if text]
-        if failed:
-            raise CosimError(f"{self.scene.name}: a set of parameters cannot be run: {failed[0]}; give narrower bounds")
+        self.failure = next((text for text in failures if text), "")
         columns = []
         for name in self.measured.outputs:
             base, index = split_index(name)
@@ -75,7 +72,11 @@ class Predictor:
 
     def _one(self, names: Sequence[str], row: np.ndarray) -> np.ndarray:
         values = {name: self._whole(name, value) for name, value in zip(names, row, strict=True)}
-        result = run(changed(self.scene, values, origin="identification"))
+        try:
+            result = run_table(changed(self.scene, values, origin="identification"))
+        except (SubsystemError, CouplingError) as error:
+            self.failure = str(error)
+            return np.full(self.measured.values.shape, np.nan)
         times, columns = result["time"].to_numpy(), []
         for name in self.measured.outputs:
             base, index = split_index(name)
