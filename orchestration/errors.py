@@ -3,6 +3,7 @@ remedy."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
@@ -85,12 +86,16 @@ class CouplingError(CosimError):
     remedy: str
 
     def __str__(self) -> str:
-        shown = ", ".join(f"{value:.3g}" for value in self.residuals[-6:])
-        return (
-            f"coupling failed at t = {self.time:.6g} s with macro step {self.step:.3g} s, "
-            f"iteration {self.sweeps}: {self.cause}. "
-            f"Last residuals (of nominal): {shown or 'none'}. Estimated loop gain {self.gain:.3g}. {self.remedy}"
-        )
+        where = f"t = {self.time:.6g} s with macro step {self.step:.3g} s"
+        iteration = f", iteration {self.sweeps}" if self.sweeps else ""
+        sentences = [f"coupling failed at {where}{iteration}: {self.cause}"]
+        if self.residuals:
+            shown = ", ".join(f"{value:.3g}" for value in self.residuals[-6:])
+            sentences.append(f"Last residuals (of nominal): {shown}")
+        if not math.isnan(self.gain):
+            sentences.append(f"Estimated loop gain {self.gain:.3g}")
+        sentences.append(self.remedy)
+        return ". ".join(sentences)
 
 
 MAX_NAMES = 12  # that a message lists; more hide the one that is meant

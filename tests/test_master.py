@@ -182,6 +182,7 @@ def test_a_subsystem_that_always_refuses_ends_the_run_with_its_words() -> None:
     assert systems[0].tries == 5
     assert caught.value.step == pytest.approx(0.1 / 16.0)
     assert systems[0].state == pytest.approx([1.0], abs=0.0)
+    assert "nan" not in str(caught.value)  # nothing was iterated, so nothing is said of residuals and gain
 
 
 def test_a_hopeless_iteration_names_time_residuals_gain_and_remedy() -> None:
