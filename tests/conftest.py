@@ -5,18 +5,29 @@ from __future__ import annotations
 
 import os
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
+import tca_cosim as tca
+import xarray as xr
+from command_line import SCENE
 from fmu_maker import boolean, integer, make_fmu, real
 from ssp_maker import Reader
+from tca_cosim.cli import console
+from tca_cosim.visualization.report.field import Field, field
 
 # Caches of tests, and of the processes that they start, lie apart from the user's.
 os.environ.setdefault("TCA_COSIM_CACHE", str(Path(tempfile.gettempdir()) / f"tca-cosim-tests-{os.environ.get('USER')}"))
 
 HOSTS = {"test_cofmupy", "test_hosts", "test_peers", "test_portable"}
 SLOW = {
-    "test_any_fmu",
+    "test_animation",
+    "test_any_fmu_archives",
+    "test_any_fmu_runs",
+    "test_any_fmu_variables",
     "test_api",
     "test_call_orders",
     "test_cli",
@@ -29,21 +40,26 @@ SLOW = {
     "test_foreign",
     "test_frozen_subsystem",
     "test_fuzz_description",
+    "test_interruptions",
+    "test_many_runs",
     "test_mistakes",
     "test_model_exchange",
     "test_model_selection",
     "test_monolith",
     "test_monolith_events",
+    "test_outcomes",
     "test_paper",
     "test_random",
     "test_reference",
     "test_report",
+    "test_report_pages",
     "test_rod",
     "test_scene_properties",
     "test_select",
     "test_ssp",
     "test_stability",
     "test_sweep",
+    "test_sweep_mistakes",
     "test_tangent",
     "test_verify",
     "test_wild_parameters",
@@ -89,3 +105,48 @@ def ssp_fmus(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
 @pytest.fixture
 def reading(tmp_path: Path, ssp_fmus: dict[str, bytes]) -> Reader:
     return Reader(tmp_path, ssp_fmus)
+
+
+@pytest.fixture
+def make(tmp_path: Path) -> Callable[..., str]:
+    """Makes an FMU of that name; returns the name of its file."""
+
+    def fmu(name: str, variables: list, **more: Any) -> str:
+        return make_fmu(tmp_path / f"{name}.fmu", variables, **more).name
+
+    return fmu
+
+
+@pytest.fixture
+def scene(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., tca.Scene]:
+    """Reads a scene of FMUs in the folder of the test."""
+    monkeypatch.chdir(tmp_path)
+
+    def read(fmus: dict[str, str], *connections: str, stop: float = 1.0, step: float = 0.25, **more: Any) -> tca.Scene:
+        coupling = {"macro_step": step, "exchange": "held", "waveform": "held", **more.pop("coupling", {})}
+        table = {"stop_time": stop, "connections": list(connections), "fmus": fmus, "coupling": coupling, **more}
+        return tca.read(table)
+
+    return read
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder with a good scene, a table of data and a folder, in which the test runs."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(console.out.console, "width", 200)
+    (tmp_path / "good.toml").write_text(SCENE)
+    (tmp_path / "data.csv").write_text("t,V1\n0,0\n1,2\n")
+    (tmp_path / "folder").mkdir()
+    return tmp_path
+
+
+@pytest.fixture(scope="session")
+def step_result() -> xr.Dataset:
+    """The scene `step`, shortened, for what looks at results."""
+    return tca.run(tca.read("step", ["stop_time=12", "coupling.macro_step=0.25"]))
+
+
+@pytest.fixture(scope="session")
+def step_field(step_result: xr.Dataset) -> Field:
+    return field(step_result, "thermal", np.arange(49))

@@ -1,48 +1,17 @@
-"""Typical mistakes at the command line: one message with place, key, value and remedy, the right exit code, no
-traceback, no file left behind. Remedies are tried where they can be."""
+"""Mistakes in commands and scenes: one message each, suggestions and remedies that work."""
 
 from __future__ import annotations
 
 import difflib
-import errno
-import os
 import re
-import signal
-import types
-import warnings
 from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
-import tca_cosim as tca
-import xarray as xr
+from command_line import call
 from fmu_maker import make_fmu, real
-from tca_cosim import results
-from tca_cosim.cli import app, console
-from tca_cosim.files import atomic_write
-from typer.testing import CliRunner, Result
 
 SHORT = ("--set", "stop_time=0.2")
-SCENE = """stop_time = "0.2 s"
-[thermal]
-V = [0, 1.5, 3]
-[rod]
-dynamic = false
-"""
-
-
-@pytest.fixture
-def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(console.out.console, "width", 200)
-    (tmp_path / "good.toml").write_text(SCENE)
-    (tmp_path / "data.csv").write_text("t,V1\n0,0\n1,2\n")
-    (tmp_path / "folder").mkdir()
-    return tmp_path
-
-
-def call(*arguments: str) -> Result:
-    return CliRunner().invoke(app, list(arguments))
 
 
 def set_in(*overrides: str) -> list[str]:
@@ -258,163 +227,3 @@ def test_remedies_work(mistake: str, here: Path) -> None:
     assert call(*MISTAKES[mistake][0]).exit_code == 2
     done = call(*REMEDIES[mistake])
     assert done.exit_code == 0, done.output
-
-
-def test_full_disks_and_missing_permissions_are_one_line(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    for code, words in {errno.ENOSPC: "no space left on device; free some space", errno.EACCES: "--out"}.items():
-
-        def fail(*_: object, code: int = code) -> None:
-            raise OSError(code, os.strerror(code), "results/good.nc")
-
-        monkeypatch.setattr(results, "write", fail)
-        done = call("run", "good.toml")
-        assert done.exit_code == 2
-        assert "error: results/good.nc: " in done.stderr
-        assert words in done.stderr
-
-
-def test_a_full_disk_leaves_no_part_of_a_file(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Whatever the library that writes says of it."""
-
-    def write(draft: Path, error: Exception) -> None:
-        draft.write_text("half")
-        raise error
-
-    for error in (OSError(errno.ENOSPC, "full"), PermissionError(errno.EACCES, "denied"), RuntimeError("NetCDF: HDF")):
-        with monkeypatch.context() as patch:
-            patch.setattr("shutil.disk_usage", lambda folder: types.SimpleNamespace(free=0))
-            with (
-                pytest.raises(OSError, match="No space left") as caught,
-                atomic_write(here / "there" / "a.nc") as draft,
-            ):
-                write(draft, error)
-        assert caught.value.filename == str(here / "there" / "a.nc")
-        assert list((here / "there").iterdir()) == []
-    with pytest.raises(PermissionError) as denied, atomic_write(here / "a.nc") as draft:
-        write(draft, PermissionError(errno.EACCES, "denied", str(draft)))
-    assert denied.value.filename == str(here / "a.nc")
-
-
-def test_an_interrupted_run_keeps_what_was_computed(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def interrupt(time: float) -> None:
-        if time > 0.15:
-            raise KeyboardInterrupt
-
-    with pytest.raises(tca.Interrupted, match=r"stopped by the user at t = .* of 0\.5 s") as caught:
-        tca.run("good.toml", {"stop_time": 0.5}, interrupt)
-    assert caught.value.partial["time"].size >= 2
-    monkeypatch.setattr(console, "watched", lambda scene, solve: solve(interrupt))
-    done = call("run", "good.toml", "--set", "stop_time=0.5")
-    assert done.exit_code == 130
-    assert "good.partial.nc" in done.stdout
-    assert "partial: stopped by the user" in results.read(here / "results" / "good.partial.nc").attrs["status"]
-
-
-def test_sigterm_does_what_ctrl_c_does(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def terminate(time: float) -> None:
-        os.kill(os.getpid(), signal.SIGTERM)
-
-    monkeypatch.setattr(console, "watched", lambda scene, solve: solve(terminate))
-    before = signal.getsignal(signal.SIGTERM)
-    done = call("run", "good.toml")
-    assert done.exit_code == 130
-    assert (here / "results" / "good.partial.nc").is_file()
-    assert signal.getsignal(signal.SIGTERM) == before
-
-
-def test_unexpected_errors_are_one_line_too(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def fail(*_: object) -> None:
-        raise TypeError("a fault\nof two lines")
-
-    monkeypatch.setattr(results, "write", fail)
-    done = call("run", "good.toml")
-    assert done.exit_code == 70
-    assert "unexpected TypeError: a fault of two lines; this is a fault of tca-cosim" in done.stderr
-    monkeypatch.setenv(console.TRACEBACK, "1")
-    assert isinstance(call("run", "good.toml").exception, TypeError)
-
-
-def test_results_of_other_settings_are_kept(here: Path) -> None:
-    for override in ((), (), ("--set", "thermal.V[3]=2 V")):
-        done = call("run", "good.toml", *override)
-        assert done.exit_code == 0, done.output
-    folder = here / "results"
-    assert sorted(file.name for file in folder.iterdir()) == [
-        *("good.csv", "good.nc", "good.previous.csv", "good.previous.nc")
-    ]
-    assert "kept, since its settings differ: results/good.previous.nc" in done.stdout
-    assert "(modified: thermal.V[3]=2 V)" in done.stdout
-    assert results.read(folder / "good.previous.nc")["thermal.V"][-1, 2] == 3.0
-    assert "good.previous-2.nc" in call("run", "good.toml", "--set", "thermal.V[3]=1").stdout
-    assert call("run", "good.toml", "--name", "other").exit_code == 0
-    assert results.read(folder / "other.nc").attrs["scene"] == "other"
-
-
-def test_a_run_tells_its_outcome(here: Path) -> None:
-    lines = call("run", "good.toml").stdout.splitlines()
-    lines = lines[lines.index("good") :]
-    assert lines[1].startswith("tip at 0.2 s: x ")
-    assert lines[1].endswith(" mm")
-    assert lines[2].startswith("angles at 0.2 s: x ")
-    assert lines[3].startswith("hottest TCA: 3, mean ")
-    assert "degC at 0.2 s" in lines[3]
-    assert lines[4].startswith("coupling: 2 macro steps, ")
-
-
-def test_results_beyond_the_limits_are_doubtful(here: Path) -> None:
-    hot = ("--set", "thermal.V=[60, 0, 0]")
-    done = call("run", "good.toml", *hot)
-    assert done.exit_code == 0
-    assert "warning: thermal: TCA 1 is hotter than 150 degC from t = " in " ".join(done.stderr.split())
-    allowed = (
-        "--set",
-        "limits.temperature=100000 degC",
-        "--set",
-        "limits.speed=100",
-        "--set",
-        "limits.strain=100",
-        "--name",
-        "hot",
-    )
-    assert "warning" not in call("run", "good.toml", *hot, *allowed).stderr
-    with pytest.warns(tca.SceneWarning, match=r"hotter than 60 degC from t = 0\.[12] s on \(up to \d+ degC\)"):
-        tca.run("good.toml", {"thermal.V": 30, "limits.temperature": "60 degC"})
-
-
-def test_a_body_strained_beyond_linear_elasticity_is_doubtful(here: Path) -> None:
-    """A pull of 0.5 N stretches body and TCAs together by 4.0 %."""
-    pulled = ("--set", "thermal.V=[0, 0, 0]", "--set", "rod.tip_force=[0, 0, 0.5]")
-    assert "warning" not in call("run", "good.toml", *pulled).stderr
-    limited = (*pulled, "--set", "limits.strain=3 %")
-    said = " ".join(call("run", "good.toml", *limited).stderr.split())
-    assert "rod: the body is strained along TCA 1 by more than 3 % from t = 0 s on (up to 4 %)" in said
-    remedy = ("--set", "limits.strain=3 %", "--set", "rod.tip_force=[0, 0, 0.1]", "--name", "mild")
-    assert "warning" not in call("run", "good.toml", *pulled, *remedy).stderr
-
-
-def test_the_version_and_groups_of_commands(here: Path) -> None:
-    assert call("--version").stdout == f"tca-cosim {tca.__version__}\n"
-    shown = call("--help").stdout
-    for group in ("Simulate", "Look at results", "Verify", "Study", "Benchmark"):
-        assert group in shown
-
-
-def test_a_new_scene_runs(here: Path) -> None:
-    assert call("new", "mine.toml").exit_code == 0
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        scene = tca.read("mine.toml")
-    default = tca.read("step", {"rod.order": 4})
-    for member in scene.members:
-        for vector in ("tca.azimuth",):
-            assert member.reals(vector) == pytest.approx(default.member(member.name).reals(vector))
-        assert member.value("body.length") == default.member(member.name).value("body.length")
-    assert isinstance(tca.run(scene, {"stop_time": 0.2}), xr.Dataset)
-
-
-def test_keys_are_explained(here: Path) -> None:
-    assert call("explain", "coupling.method").stdout.splitlines()[0].startswith("coupling.method: ")
-    shown = call("explain", "rod.closure").stdout
-    assert "allowed: inside, exchanged" in shown
-    assert "unit K" in call("explain", "T_0").stdout
-    assert call("explain", "stop_time").stdout.startswith("stop_time: [s]")

@@ -6,26 +6,9 @@ import re
 from collections.abc import Mapping
 
 import pytest
+import ssp_maker as ssp
 import tca_cosim as tca
-from ssp_maker import (
-    HELD,
-    PAIR,
-    SOURCE,
-    SPACES,
-    TARGET,
-    UNITS,
-    WIRE,
-    Reader,
-    binding,
-    component,
-    connector,
-    pair,
-    parameter,
-    parameters,
-    ssd,
-    system,
-    wire,
-)
+from ssp_maker import Reader
 from tca_cosim.fmi.archive import cached_archive
 from tca_cosim.scene import read
 
@@ -33,17 +16,17 @@ from tca_cosim.scene import read
 @pytest.mark.parametrize(
     ("text", "how"),
     [
-        (ssd(system(PAIR.replace("src.fmu", "My%20Model.fmu"), WIRE)), {}),
-        (ssd(system(PAIR.replace("src.fmu", "My Model.fmu"), WIRE)), {}),
-        (ssd(system(PAIR.replace("resources/src", "./resources/src"), WIRE)), {}),
-        (ssd(system(PAIR.replace("resources/src", "resources\\src"), WIRE)), {}),
-        (ssd(system(PAIR, WIRE)), {"separator": "\\"}),
-        (ssd(system(PAIR, WIRE)), {"name": "UPPER.SSP"}),
-        (b"\xef\xbb\xbf" + ssd(system(PAIR, WIRE)).encode(), {}),
-        (ssd(system(PAIR, WIRE)).encode("utf-16"), {}),
-        (ssd(system(PAIR, WIRE), version="2.0"), {}),
-        (ssd(system(PAIR, WIRE), attributes='description="two&#10;lines"'), {}),
-        (ssd(system(SOURCE.replace('"output"', '"inout"') + TARGET, WIRE)), {}),
+        (ssp.ssd(ssp.system(ssp.PAIR.replace("src.fmu", "My%20Model.fmu"), ssp.WIRE)), {}),
+        (ssp.ssd(ssp.system(ssp.PAIR.replace("src.fmu", "My Model.fmu"), ssp.WIRE)), {}),
+        (ssp.ssd(ssp.system(ssp.PAIR.replace("resources/src", "./resources/src"), ssp.WIRE)), {}),
+        (ssp.ssd(ssp.system(ssp.PAIR.replace("resources/src", "resources\\src"), ssp.WIRE)), {}),
+        (ssp.ssd(ssp.system(ssp.PAIR, ssp.WIRE)), {"separator": "\\"}),
+        (ssp.ssd(ssp.system(ssp.PAIR, ssp.WIRE)), {"name": "UPPER.SSP"}),
+        (b"\xef\xbb\xbf" + ssp.ssd(ssp.system(ssp.PAIR, ssp.WIRE)).encode(), {}),
+        (ssp.ssd(ssp.system(ssp.PAIR, ssp.WIRE)).encode("utf-16"), {}),
+        (ssp.ssd(ssp.system(ssp.PAIR, ssp.WIRE), version="2.0"), {}),
+        (ssp.ssd(ssp.system(ssp.PAIR, ssp.WIRE), attributes='description="two&#10;lines"'), {}),
+        (ssp.ssd(ssp.system(ssp.SOURCE.replace('"output"', '"inout"') + ssp.TARGET, ssp.WIRE)), {}),
     ],
 )
 def test_ways_to_write_an_archive(text: str | bytes, how: Mapping[str, str], reading: Reader) -> None:
@@ -56,29 +39,31 @@ def test_ways_to_write_an_archive(text: str | bytes, how: Mapping[str, str], rea
     "name", ["Mass 1", "größe", "a-b", "x[1]", "spring->mass", "a=b", "a.b", "body", "-> x", "a/b"]
 )
 def test_components_have_any_name(name: str, reading: Reader) -> None:
-    source = component(name, "resources/src.fmu", connector("y", "output"), binding("k.ssv"))
-    files = {"k.ssv": parameters(parameter("k", 5))}
-    connection = wire("N/y", "dst/u").replace('"N"', f'"{name.replace(">", "&gt;")}"')
-    scene = reading(ssd(system(source + TARGET, connection)), files, overrides=HELD)
+    source = ssp.component(name, "resources/src.fmu", ssp.connector("y", "output"), ssp.binding("k.ssv"))
+    files = {"k.ssv": ssp.parameters(ssp.parameter("k", 5))}
+    connection = ssp.wire("N/y", "dst/u").replace('"N"', f'"{name.replace(">", "&gt;")}"')
+    scene = reading(ssp.ssd(ssp.system(source + ssp.TARGET, connection)), files, overrides=ssp.HELD)
     assert scene.member(name).value("k") == 5.0
     assert tca.run(scene)["dst.u"].to_numpy() == pytest.approx(5.0)
 
 
 @pytest.mark.parametrize("name", ["coupling", "title", "parameters", "fmus", "stop_time", "connections", "ssp"])
 def test_names_of_keys_are_refused(name: str, reading: Reader) -> None:
-    source = component(name, "resources/src.fmu", connector("y", "output"))
+    source = ssp.component(name, "resources/src.fmu", ssp.connector("y", "output"))
     with pytest.raises(tca.SceneError, match=f"the name '{name}' is taken by a key of scenes; rename it"):
-        reading(ssd(system(source + TARGET, wire(f"{name}/y", "dst/u"))))
+        reading(ssp.ssd(ssp.system(source + ssp.TARGET, ssp.wire(f"{name}/y", "dst/u"))))
 
 
 INNER = (
     '<ssd:System name="axle">'
-    + system(
-        PAIR,
-        wire("src/y", "out") + wire("in", "dst/u") + wire("stiffness", "dst/p"),
-        connector("out", "output", "m") + connector("in", "input", "mm") + connector("stiffness", "parameter", "Pa"),
+    + ssp.system(
+        ssp.PAIR,
+        ssp.wire("src/y", "out") + ssp.wire("in", "dst/u") + ssp.wire("stiffness", "dst/p"),
+        ssp.connector("out", "output", "m")
+        + ssp.connector("in", "input", "mm")
+        + ssp.connector("stiffness", "parameter", "Pa"),
         "<ssd:ParameterBindings><ssd:ParameterBinding><ssd:ParameterValues>"
-        + parameters(parameter("src.k", 2) + parameter("stiffness", 1))
+        + ssp.parameters(ssp.parameter("src.k", 2) + ssp.parameter("stiffness", 1))
         + "</ssd:ParameterValues></ssd:ParameterBinding></ssd:ParameterBindings>",
     )
     + "</ssd:System>"
@@ -87,11 +72,15 @@ INNER = (
 
 def test_nested_systems_are_flattened(reading: Reader) -> None:
     """Values of the outer system win; units are converted where a connector states one."""
-    outer = component("dst", "resources/dst.fmu", connector("u", "input", "mm"))
-    first = component("src", "resources/src.fmu", connector("y", "output", "m"))
-    files = {"o.ssv": parameters(parameter("axle.stiffness", 3, unit="kPa") + parameter("axle.src.k", 4), UNITS)}
-    wires = wire("axle/out", "dst/u") + wire("src/y", "axle/in")
-    scene = reading(ssd(system(outer + first + INNER, wires, "", binding("o.ssv"))), files)
+    outer = ssp.component("dst", "resources/dst.fmu", ssp.connector("u", "input", "mm"))
+    first = ssp.component("src", "resources/src.fmu", ssp.connector("y", "output", "m"))
+    files = {
+        "o.ssv": ssp.parameters(
+            ssp.parameter("axle.stiffness", 3, unit="kPa") + ssp.parameter("axle.src.k", 4), ssp.UNITS
+        )
+    }
+    wires = ssp.wire("axle/out", "dst/u") + ssp.wire("src/y", "axle/in")
+    scene = reading(ssp.ssd(ssp.system(outer + first + INNER, wires, "", ssp.binding("o.ssv"))), files)
     assert {str(c) for c in scene.connections} == {"axle.src.y * 1000 -> dst.u", "src.y * 1000 -> axle.dst.u"}
     assert scene.member("axle.src").value("k") == 4.0
     assert scene.member("axle.dst").value("p") == pytest.approx(3000.0)
@@ -103,25 +92,27 @@ def test_nested_systems_are_flattened(reading: Reader) -> None:
 def test_systems_of_other_documents(reading: Reader) -> None:
     """A component may be another SSD of the archive, or a system of this one by its id."""
     content = INNER.removeprefix('<ssd:System name="axle">').removesuffix("</ssd:System>")
-    other = {"axle.ssd": ssd(content)}
+    other = {"axle.ssd": ssp.ssd(content)}
     definition = 'type="application/x-ssp-definition"'
     part = f'<ssd:Component name="front" source="axle.ssd" {definition}/>'
-    scene = reading(ssd(system(TARGET + part, wire("front/out", "dst/u"))), other)
+    scene = reading(ssp.ssd(ssp.system(ssp.TARGET + part, ssp.wire("front/out", "dst/u"))), other)
     assert [m.name for m in scene.members] == ["dst", "front.src", "front.dst"]
     twice = INNER.replace('name="axle"', 'name="axle" id="one"', 1)
     same = f'<ssd:Component name="rear" source="#one" {definition}/>'
-    scene = reading(ssd(system(TARGET + twice + same, wire("rear/out", "dst/u"))))
+    scene = reading(ssp.ssd(ssp.system(ssp.TARGET + twice + same, ssp.wire("rear/out", "dst/u"))))
     assert [m.name for m in scene.members] == ["dst", "axle.src", "axle.dst", "rear.src", "rear.dst"]
     itself = f'<ssd:Component name="front" source="SystemStructure.ssd" {definition}/>'
     with pytest.raises(tca.SceneError, match="contains itself"):
-        reading(ssd(system(TARGET + itself)))
+        reading(ssp.ssd(ssp.system(ssp.TARGET + itself)))
 
 
 def test_prefixes_without_a_namespace_are_named(reading: Reader) -> None:
-    text = ssd(system(PAIR, WIRE)).replace("xmlns:ssd=", "xmlns:sdd=")
+    text = ssp.ssd(ssp.system(ssp.PAIR, ssp.WIRE)).replace("xmlns:ssd=", "xmlns:sdd=")
     with pytest.raises(tca.SceneError, match=r"ssd.*(not defined|has no namespace; declare xmlns:ssd)"):
         reading(text)
-    inner = ssd(system(PAIR, WIRE, more=binding("").replace("/>", ">").replace(' source=""', "")), version="2.0")
+    inner = ssp.ssd(
+        ssp.system(ssp.PAIR, ssp.WIRE, more=ssp.binding("").replace("/>", ">").replace(' source=""', "")), version="2.0"
+    )
     text = inner.replace("</ssd:ParameterBinding>", "<lost:Set/></ssd:ParameterBinding>")
     with pytest.raises(tca.SceneError, match=r"lost.*(not defined|has no namespace; declare xmlns:lost)"):
         reading(text)
@@ -129,20 +120,20 @@ def test_prefixes_without_a_namespace_are_named(reading: Reader) -> None:
 
 def test_a_package_as_component_runs_as_a_folder_of_the_archive(reading: Reader) -> None:
     """The remedy of the refusal: unpacked into a folder, whose SSD has sources relative to itself."""
-    inner = component("src", "resources/src.fmu", connector("y", "output"), binding("../all%20of%20it.ssv"))
-    content = system(inner, wire("src/y", "out"), connector("out", "output"))
+    inner = ssp.component("src", "resources/src.fmu", ssp.connector("y", "output"), ssp.binding("../all%20of%20it.ssv"))
+    content = ssp.system(inner, ssp.wire("src/y", "out"), ssp.connector("out", "output"))
     unpacked = {
-        "part/SystemStructure.ssd": ssd(content),
+        "part/SystemStructure.ssd": ssp.ssd(content),
         "part/resources/src.fmu": reading.fmus["src.fmu"],
-        "all of it.ssv": parameters(parameter("k", 4)),
+        "all of it.ssv": ssp.parameters(ssp.parameter("k", 4)),
     }
     package = 'type="application/x-ssp-package"'
     part = f'<ssd:Component name="part" source="part.ssp" {package}/>'
     with pytest.raises(tca.SceneError, match=r"source 'part\.ssp' is no FMU") as refused:
-        reading(ssd(system(TARGET + part, wire("part/out", "dst/u"))), {"part.ssp": b""})
+        reading(ssp.ssd(ssp.system(ssp.TARGET + part, ssp.wire("part/out", "dst/u"))), {"part.ssp": b""})
     (definition,) = re.findall(r'type="[\w/-]+"', str(refused.value))
     part = part.replace(package, definition).replace("part.ssp", "part/SystemStructure.ssd")
-    scene = reading(ssd(system(TARGET + part, wire("part/out", "dst/u"))), unpacked)
+    scene = reading(ssp.ssd(ssp.system(ssp.TARGET + part, ssp.wire("part/out", "dst/u"))), unpacked)
     assert scene.member("part.src").value("k") == 4.0
     assert [str(connection) for connection in scene.connections] == ["part.src.y -> dst.u"]
 
@@ -150,37 +141,51 @@ def test_a_package_as_component_runs_as_a_folder_of_the_archive(reading: Reader)
 def test_signal_dictionaries_connect_across_systems(reading: Reader) -> None:
     dictionary = '<ssd:SignalDictionaries><ssd:SignalDictionary name="bus" source="bus.ssb"/></ssd:SignalDictionaries>'
     entries = '<ssb:DictionaryEntry name="speed"><ssc:Real unit="mm"/></ssb:DictionaryEntry>'
-    files = {"bus.ssb": f'<ssb:SignalDictionary version="1.0" {SPACES}>{entries}</ssb:SignalDictionary>'}
+    files = {"bus.ssb": f'<ssb:SignalDictionary version="1.0" {ssp.SPACES}>{entries}</ssb:SignalDictionary>'}
     reference = (
         '<ssd:SignalDictionaryReference name="bus" dictionary="bus"><ssd:Connectors>'
-        + connector("speed", "inout")
+        + ssp.connector("speed", "inout")
         + "</ssd:Connectors></ssd:SignalDictionaryReference>"
     )
-    inner = f'<ssd:System name="inner">{system(pair("", "m").split("</ssd:Component>")[1] + "</ssd:Component>" + reference, wire("bus/speed", "dst/u"))}</ssd:System>'  # noqa: E501
-    source = component("src", "resources/src.fmu", connector("y", "output", "m"))
-    scene = reading(ssd(system(source + reference + inner, wire("src/y", "bus/speed"), tail=dictionary)), files)
+    second = ssp.pair("", "m").split("</ssd:Component>")[1] + "</ssd:Component>"
+    inner = ssp.system(second + reference, ssp.wire("bus/speed", "dst/u"))
+    inner = f'<ssd:System name="inner">{inner}</ssd:System>'
+    source = ssp.component("src", "resources/src.fmu", ssp.connector("y", "output", "m"))
+    scene = reading(
+        ssp.ssd(ssp.system(source + reference + inner, ssp.wire("src/y", "bus/speed"), tail=dictionary)), files
+    )
     assert [str(c) for c in scene.connections] == ["src.y -> inner.dst.u"]
     with pytest.raises(tca.SceneError, match=r"no such entry; allowed: speed"):
-        reading(ssd(system(source + reference, wire("src/y", "bus/force"), tail=dictionary)), files)
+        reading(ssp.ssd(ssp.system(source + reference, ssp.wire("src/y", "bus/force"), tail=dictionary)), files)
 
 
 @pytest.mark.parametrize(
     ("content", "problem"),
     [
-        (system(PAIR, WIRE + wire("src/y", "dst/u")), r"dst\.u is fed twice; remove one"),
-        (system(PAIR, wire("src/y", "dst/y")), "both are outputs; connect an output to an input"),
-        (system(PAIR, wire("src/y", "dst/p")), "from output to parameter is not supported"),
-        (system(PAIR + TARGET), "the name is taken by another element; rename one"),
-        (system(PAIR, wire("src/y", "nothing/u")), "no such element; allowed: dst, src"),
+        (ssp.system(ssp.PAIR, ssp.WIRE + ssp.wire("src/y", "dst/u")), r"dst\.u is fed twice; remove one"),
+        (ssp.system(ssp.PAIR, ssp.wire("src/y", "dst/y")), "both are outputs; connect an output to an input"),
+        (ssp.system(ssp.PAIR, ssp.wire("src/y", "dst/p")), "from output to parameter is not supported"),
+        (ssp.system(ssp.PAIR + ssp.TARGET), "the name is taken by another element; rename one"),
+        (ssp.system(ssp.PAIR, ssp.wire("src/y", "nothing/u")), "no such element; allowed: dst, src"),
         (
-            system(PAIR, wire("a", "b") + wire("b", "a"), connector("a", "input") + connector("b", "inout")),
+            ssp.system(
+                ssp.PAIR,
+                ssp.wire("a", "b") + ssp.wire("b", "a"),
+                ssp.connector("a", "input") + ssp.connector("b", "inout"),
+            ),
             "b is fed twice",
         ),
-        (system(SOURCE.replace("resources/src.fmu", "../src.fmu")), "is not in the archive; put it there"),
-        (system(SOURCE.replace("resources/src.fmu", "https://example.org/src.fmu")), "lies outside the archive"),
-        (system(SOURCE.replace("resources/src.fmu", "resources/s.ssp")), r"is no FMU; put an SSP package's files into"),
+        (ssp.system(ssp.SOURCE.replace("resources/src.fmu", "../src.fmu")), "is not in the archive; put it there"),
+        (
+            ssp.system(ssp.SOURCE.replace("resources/src.fmu", "https://example.org/src.fmu")),
+            "lies outside the archive",
+        ),
+        (
+            ssp.system(ssp.SOURCE.replace("resources/src.fmu", "resources/s.ssp")),
+            r"is no FMU; put an SSP package's files into",
+        ),
     ],
 )
 def test_systems_without_a_meaning_are_refused(content: str, problem: str, reading: Reader) -> None:
     with pytest.raises(tca.SceneError, match=problem):
-        reading(ssd(content))
+        reading(ssp.ssd(content))

@@ -5,27 +5,9 @@ from __future__ import annotations
 import warnings
 
 import pytest
+import ssp_maker as ssp
 import tca_cosim as tca
-from ssp_maker import (
-    HELD,
-    OMS,
-    SCALED,
-    SOURCE,
-    SPACES,
-    TARGET,
-    UNITS,
-    WIRE,
-    Reader,
-    binding,
-    component,
-    connector,
-    pair,
-    parameter,
-    parameters,
-    ssd,
-    system,
-    wire,
-)
+from ssp_maker import Reader
 
 
 def transformation(scene: tca.Scene) -> tuple[float, float]:
@@ -38,24 +20,26 @@ def transformation(scene: tca.Scene) -> tuple[float, float]:
 @pytest.mark.parametrize(
     ("units", "connection", "expected"),
     [
-        (("", ""), WIRE, (1, 0)),
-        (("m", "mm"), WIRE, (1000, 0)),
-        (("mm", ""), WIRE, (1, 0)),
-        (("degC", "K"), WIRE, (1, 273.15)),
-        (("m", "mm"), wire("src/y", "dst/u", attributes='suppressUnitConversion="true"'), (1, 0)),
-        (("m", "mm"), wire("src/y", "dst/u", SCALED), (2000, 3)),  # after the conversion: SSP 1.0, 5.1.2
-        (("m", "mm"), wire("src/y", "dst/u", SCALED, 'suppressUnitConversion="true"'), (2, 3)),
-        (("", ""), wire("dst/u", "src/y", SCALED), (2, 3)),  # the kinds decide on the direction
+        (("", ""), ssp.WIRE, (1, 0)),
+        (("m", "mm"), ssp.WIRE, (1000, 0)),
+        (("mm", ""), ssp.WIRE, (1, 0)),
+        (("degC", "K"), ssp.WIRE, (1, 273.15)),
+        (("m", "mm"), ssp.wire("src/y", "dst/u", attributes='suppressUnitConversion="true"'), (1, 0)),
+        (("m", "mm"), ssp.wire("src/y", "dst/u", ssp.SCALED), (2000, 3)),  # after the conversion: SSP 1.0, 5.1.2
+        (("m", "mm"), ssp.wire("src/y", "dst/u", ssp.SCALED, 'suppressUnitConversion="true"'), (2, 3)),
+        (("", ""), ssp.wire("dst/u", "src/y", ssp.SCALED), (2, 3)),  # the kinds decide on the direction
     ],
 )
 def test_connections_convert_units(
     units: tuple[str, str], connection: str, expected: tuple[float, float], reading: Reader
 ) -> None:
-    assert transformation(reading(ssd(system(pair(*units), connection)))) == pytest.approx(expected)
+    assert transformation(reading(ssp.ssd(ssp.system(ssp.pair(*units), connection)))) == pytest.approx(expected)
 
 
 def test_a_run_receives_converted_values(reading: Reader) -> None:
-    scene = reading(ssd(system(pair("m", "mm"), wire("src/y", "dst/u", SCALED))), overrides=HELD)
+    scene = reading(
+        ssp.ssd(ssp.system(ssp.pair("m", "mm"), ssp.wire("src/y", "dst/u", ssp.SCALED))), overrides=ssp.HELD
+    )
     result = tca.run(scene)
     assert result["dst.u"].to_numpy() == pytest.approx(2003.0)
     assert result["dst.y"].to_numpy() == pytest.approx(9003.0)
@@ -64,13 +48,17 @@ def test_a_run_receives_converted_values(reading: Reader) -> None:
 
 def test_units_that_do_not_fit_are_refused(reading: Reader) -> None:
     with pytest.raises(tca.SceneError, match=r"Connection src\.y to dst\.u: units differ: 'm' \(m\) and 'K' \(K\)"):
-        reading(ssd(system(pair("m", "K"), WIRE)))
+        reading(ssp.ssd(ssp.system(ssp.pair("m", "K"), ssp.WIRE)))
 
 
 def test_the_units_of_fmus_and_of_connectors_meet(reading: Reader) -> None:
     """K at the connectors of an FMU in degC: each end is converted to what the FMU has."""
-    warm = component("warm", "resources/celsius.fmu", connector("u", "input", "K") + connector("y", "output", "K"))
-    scene = reading(ssd(system(pair("K") + warm, wire("src/y", "warm/u") + wire("warm/y", "dst/u"))))
+    warm = ssp.component(
+        "warm", "resources/celsius.fmu", ssp.connector("u", "input", "K") + ssp.connector("y", "output", "K")
+    )
+    scene = reading(
+        ssp.ssd(ssp.system(ssp.pair("K") + warm, ssp.wire("src/y", "warm/u") + ssp.wire("warm/y", "dst/u")))
+    )
     found = {c.source[0]: (c.factor, c.offset) for c in scene.connections}
     assert found["src"] == pytest.approx((1.0, -273.15))
     assert found["warm"] == pytest.approx((1.0, 273.15))
@@ -79,24 +67,24 @@ def test_the_units_of_fmus_and_of_connectors_meet(reading: Reader) -> None:
 @pytest.mark.parametrize(
     ("value", "connector_unit", "expected"),
     [
-        (parameter("p", 3), "", 3),
-        (parameter("p", 3, "Integer"), "", 3),
-        (parameter("p", 2, unit="kPa"), "Pa", 2000),
-        (parameter("p", 2, unit="kPa"), "", 2),
-        (parameter("p", 2), "Pa", 2),
-        (parameter("n", "4.0"), "", 4),
+        (ssp.parameter("p", 3), "", 3),
+        (ssp.parameter("p", 3, "Integer"), "", 3),
+        (ssp.parameter("p", 2, unit="kPa"), "Pa", 2000),
+        (ssp.parameter("p", 2, unit="kPa"), "", 2),
+        (ssp.parameter("p", 2), "Pa", 2),
+        (ssp.parameter("n", "4.0"), "", 4),
     ],
 )
 def test_parameters_convert_units(value: str, connector_unit: str, expected: float, reading: Reader) -> None:
-    files = {"resources/p.ssv": parameters(value, UNITS)}
-    scene = reading(ssd(system(pair("", connector_unit, binding("resources/p.ssv")), "")), files)
+    files = {"resources/p.ssv": ssp.parameters(value, ssp.UNITS)}
+    scene = reading(ssp.ssd(ssp.system(ssp.pair("", connector_unit, ssp.binding("resources/p.ssv")), "")), files)
     name = "n" if 'name="n"' in value else "p"
     assert scene.member("dst").value(name) == expected
 
 
 def mapping(entries: str) -> str:
     return (
-        f'<ssd:ParameterMapping><ssm:ParameterMapping version="1.0" {SPACES}>{entries}</ssm:ParameterMapping>'
+        f'<ssd:ParameterMapping><ssm:ParameterMapping version="1.0" {ssp.SPACES}>{entries}</ssm:ParameterMapping>'
         "</ssd:ParameterMapping>"
     )
 
@@ -104,32 +92,32 @@ def mapping(entries: str) -> str:
 @pytest.mark.parametrize(
     ("entry", "value", "unit", "expected"),
     [
-        ('<ssm:MappingEntry source="a" target="p"/>', parameter("a", 2), "", 2),
-        (f'<ssm:MappingEntry source="a" target="p">{SCALED}</ssm:MappingEntry>', parameter("a", 2), "", 7),
+        ('<ssm:MappingEntry source="a" target="p"/>', ssp.parameter("a", 2), "", 2),
+        (f'<ssm:MappingEntry source="a" target="p">{ssp.SCALED}</ssm:MappingEntry>', ssp.parameter("a", 2), "", 7),
         (
-            f'<ssm:MappingEntry source="a" target="p">{SCALED}</ssm:MappingEntry>',
-            parameter("a", 2, unit="kPa"),
+            f'<ssm:MappingEntry source="a" target="p">{ssp.SCALED}</ssm:MappingEntry>',
+            ssp.parameter("a", 2, unit="kPa"),
             "Pa",
             4003,
         ),
         (
-            f'<ssm:MappingEntry source="a" target="p" suppressUnitConversion="true">{SCALED}</ssm:MappingEntry>',
-            parameter("a", 2, unit="kPa"),
+            f'<ssm:MappingEntry source="a" target="p" suppressUnitConversion="true">{ssp.SCALED}</ssm:MappingEntry>',
+            ssp.parameter("a", 2, unit="kPa"),
             "Pa",
             7,
         ),
         (
             '<ssm:MappingEntry source="a" target="n"><ssc:IntegerMappingTransformation><ssc:MapEntry source="2" '
             'target="5"/></ssc:IntegerMappingTransformation></ssm:MappingEntry>',
-            parameter("a", 2, "Integer"),
+            ssp.parameter("a", 2, "Integer"),
             "",
             5,
         ),
     ],
 )
 def test_mappings(entry: str, value: str, unit: str, expected: float, reading: Reader) -> None:
-    files = {"p.ssv": parameters(value, UNITS)}
-    scene = reading(ssd(system(pair("", unit, binding("p.ssv", mapping(entry))))), files)
+    files = {"p.ssv": ssp.parameters(value, ssp.UNITS)}
+    scene = reading(ssp.ssd(ssp.system(ssp.pair("", unit, ssp.binding("p.ssv", mapping(entry))))), files)
     name = "n" if 'target="n"' in entry else "p"
     assert scene.member("dst").value(name) == pytest.approx(expected)
 
@@ -139,36 +127,40 @@ def test_mappings_of_booleans_take_both_spellings(spelt: str, expected: bool, re
     entries = '<ssc:MapEntry source="true" target="false"/><ssc:MapEntry source="0" target="1"/>'
     table = f"<ssc:BooleanMappingTransformation>{entries}</ssc:BooleanMappingTransformation>"
     entry = f'<ssm:MappingEntry source="a" target="on">{table}</ssm:MappingEntry>'
-    files = {"p.ssv": parameters(parameter("a", spelt, "Boolean"))}
-    source = component("src", "resources/src.fmu", connector("y", "output"), binding("p.ssv", mapping(entry)))
-    assert reading(ssd(system(source + TARGET, WIRE)), files).member("src").value("on") is expected
+    files = {"p.ssv": ssp.parameters(ssp.parameter("a", spelt, "Boolean"))}
+    source = ssp.component(
+        "src", "resources/src.fmu", ssp.connector("y", "output"), ssp.binding("p.ssv", mapping(entry))
+    )
+    assert reading(ssp.ssd(ssp.system(source + ssp.TARGET, ssp.WIRE)), files).member("src").value("on") is expected
 
 
 def test_what_a_mapping_leaves_out_is_named(reading: Reader) -> None:
-    files = {"p.ssv": parameters(parameter("a", 2) + parameter("b", 3))}
+    files = {"p.ssv": ssp.parameters(ssp.parameter("a", 2) + ssp.parameter("b", 3))}
     entry = '<ssm:MappingEntry source="a" target="p"/>'
     with pytest.warns(tca.SceneWarning, match=r"parameter b \(not in the parameter mapping\); ignored"):
-        reading(ssd(system(pair("", "", binding("p.ssv", mapping(entry))))), files)
+        reading(ssp.ssd(ssp.system(ssp.pair("", "", ssp.binding("p.ssv", mapping(entry))))), files)
 
 
 def test_values_of_version_2(reading: Reader) -> None:
-    files = {"p.ssv": parameters(parameter("p", 2, "Float64") + parameter("n", 3, "Int32"), version="2.0")}
+    files = {"p.ssv": ssp.parameters(ssp.parameter("p", 2, "Float64") + ssp.parameter("n", 3, "Int32"), version="2.0")}
     step = '<oms:SimulationInformation name="oms_ma_default" method="oms_ma" fixedStepSize="0.25"/>'
-    text = ssd(system(pair("", "", binding("p.ssv")), WIRE, tail=OMS.format(step)), version="2.0")
+    text = ssp.ssd(
+        ssp.system(ssp.pair("", "", ssp.binding("p.ssv")), ssp.WIRE, tail=ssp.OMS.format(step)), version="2.0"
+    )
     scene = reading(text, files)
     assert (scene.member("dst").value("p"), scene.member("dst").value("n")) == (2.0, 3)
     assert scene.coupling.macro_step == 0.25
-    array = TARGET.replace("<ssc:Real/>", '<ssc:Real/><ssd:Dimension size="3"/>')
+    array = ssp.TARGET.replace("<ssc:Real/>", '<ssc:Real/><ssd:Dimension size="3"/>')
     with pytest.raises(tca.SceneError, match=r"arrays of SSP 2\.0 are not supported; write one connector"):
-        reading(ssd(system(SOURCE + array), version="2.0"))
+        reading(ssp.ssd(ssp.system(ssp.SOURCE + array), version="2.0"))
 
 
 def test_a_shared_parameter_file_gives_each_component_its_own(reading: Reader) -> None:
-    files = {"all.ssv": parameters(parameter("k", 2) + parameter("p", 3))}
-    both = component("src", "resources/src.fmu", connector("y", "output"), binding("all.ssv")) + component(
-        "dst", "resources/dst.fmu", connector("u", "input"), binding("all.ssv")
-    )
+    files = {"all.ssv": ssp.parameters(ssp.parameter("k", 2) + ssp.parameter("p", 3))}
+    both = ssp.component(
+        "src", "resources/src.fmu", ssp.connector("y", "output"), ssp.binding("all.ssv")
+    ) + ssp.component("dst", "resources/dst.fmu", ssp.connector("u", "input"), ssp.binding("all.ssv"))
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        scene = reading(ssd(system(both, WIRE)), files)
+        scene = reading(ssp.ssd(ssp.system(both, ssp.WIRE)), files)
     assert (scene.member("src").value("k"), scene.member("dst").value("p")) == (2.0, 3.0)

@@ -1,48 +1,25 @@
-"""Sweeps: designs and distributions against scipy, the labelled dataset against single runs, failures kept, a killed
-sweep resumed without loss, mistakes named."""
+"""Sweeps: designs, distributions, indices, datasets, figures, runs that are finished already."""
 
 from __future__ import annotations
 
 import json
 import os
 import shutil
-import signal
-import subprocess
-import sys
-import time
 from pathlib import Path
 
-import dask
 import numpy as np
 import pytest
 import tca_cosim as tca
 import xarray as xr
 from scipy import stats
 from scipy.stats import qmc
+from sweep_plans import TWO, plan
 from tca_cosim import CosimError, results
 from tca_cosim.files import save_figure
 from tca_cosim.fmi.archive import cached_archive, find_fmu
-from tca_cosim.parallel import serial, spread
+from tca_cosim.parallel import serial
 from tca_cosim.studies import many_runs, sweep
 from tca_cosim.studies.sweep import chart, design, sensitivity
-
-PACKAGES = Path(tca.__file__).parents[1]  # for processes that import the same package
-QUICK = """
-scene = "step"
-set = ["stop_time=3", "rod.closure=inside", "rod.order=0", "coupling.macro_step=1"]
-outputs = ["thermal.T", "rod.tip.p"]
-"""
-TWO = """
-[parameters]
-"thermal.h" = { uniform = { loc = "15 W/(m2.K)", scale = "10 W/(m2.K)" } }
-"rod.body.E" = { lognorm = { s = 0.1, scale = "37.8 kPa" } }
-"""
-
-
-def plan(folder: Path, text: str = TWO, head: str = "runs = 8\n", **options: object) -> sweep.SweepPlan:
-    (folder / "mine.toml").write_text(head + QUICK + text)
-    return sweep.read_plan(folder / "mine.toml", **options)
-
 
 # -- designs and distributions
 
@@ -251,90 +228,6 @@ def test_the_engine_and_the_master_give_the_same_bits(
     assert [state.done for state in seen] == [0, 3, 6, 8]
 
 
-TABLE = {
-    "rod.body.E": [37800.0, 30000.0, 45000.0, -1.0],  # the last one is out of range
-    "thermal.h": [15.0, 18.0, 21.0, 24.0],
-    "thermal.tca.R": [6.9, 7.1, 6.7, 6.9],
-}
-
-
-@pytest.mark.parametrize(
-    ("more", "engine"),
-    [
-        ({}, True),
-        ({"rod.strains": ["bending", "extensible", "kirchhoff", "bending"]}, False),  # words
-        ({"thermal.V[1]": [0.0, 1.0, 2.0, 3.0]}, False),  # an input
-        ({"thermal.tca.beta": [0.0, 0.001, 0.0, 0.0]}, False),  # changes the wiring
-    ],
-)
-def test_a_table_of_runs_gives_what_each_run_gives(more: dict, engine: bool) -> None:
-    scene = tca.read("step", ["stop_time=3", "rod.closure=inside", "rod.order=1", "coupling.macro_step=1"])
-    table = {**TABLE, **more}
-    outputs = ["rod.tip.p", "thermal.T"]
-    assert (many_runs.EngineRuns.of(scene, table, outputs) is not None) == engine
-    found = tca.run_many(scene, table, outputs)
-    assert "rod.body.E = -1.0: out of range" in found.failures[3]
-    assert np.isnan(found.outputs[3]).all()
-    for k in range(3):
-        assert found.failures[k] == ""
-        alone = tca.run(scene, {name: values[k] for name, values in table.items()})
-        for name in outputs:
-            assert np.array_equal(found[name][k], alone[name][1:])
-
-
-@pytest.mark.parametrize(
-    ("table", "said"),
-    [
-        ({"rod.body.E": [1.0, 2.0], "thermal.h": [15.0]}, "one for each run"),
-        ({}, "one for each run"),
-        ({"rod.body.EE": [1.0]}, "every run failed, the first with.*did you mean"),
-        ({"coupling.macro_step": [0.1, 0.2]}, "other communication points"),
-    ],
-)
-def test_mistakes_in_tables_are_named(table: dict, said: str) -> None:
-    with pytest.raises(CosimError, match=said):
-        tca.run_many(tca.read("step", ["stop_time=0.4"]), table)
-
-
-def test_killed_and_resumed(tmp_path: Path) -> None:
-    """Two workers; SIGKILL of the whole process group in the middle; the file is that of an uninterrupted sweep in one
-    process, byte for byte."""
-    (tmp_path / "mine.toml").write_text("runs = 4000\n" + QUICK + TWO)
-    command = [sys.executable, "-c", "from tca_cosim.cli import app; app()", "sweep", "mine.toml", "--workers", "2"]
-    about = {"cwd": tmp_path, "env": {**os.environ, "PYTHONPATH": str(PACKAGES)}, "text": True}
-    first = subprocess.Popen([*command], **about, stdout=subprocess.DEVNULL, start_new_session=True)
-    log = tmp_path / "results" / "mine.sweep.sqlite-wal"
-    while not (log.is_file() and log.stat().st_size > 60_000):
-        assert first.poll() is None
-        time.sleep(0.02)
-    os.killpg(first.pid, signal.SIGKILL)
-    first.wait()
-    done = subprocess.run([*command, "--runs", "32"], **about, capture_output=True, check=True).stdout
-    found, now = (int(done.replace("\n", " ").split(word)[0].split()[-1]) for word in (" finished before", " now in"))
-    assert found > 2
-    assert found + now == 32
-    subprocess.run([*command[:-1], "0", "--runs", "32", "--out", "whole"], **about, capture_output=True, check=True)
-    names = [tmp_path / folder / "mine.sweep.nc" for folder in ("results", "whole")]
-    assert names[0].read_bytes() == names[1].read_bytes()
-
-
-class Dies:
-    """A run in an FMU that takes its process with it."""
-
-    def __call__(self) -> str:
-        os._exit(1)
-
-    def lost(self, why: str) -> str:
-        return why
-
-
-def test_a_run_that_kills_its_process_is_a_failure_of_its_own() -> None:
-    with dask.config.set({"distributed.scheduler.allowed-failures": 0}):
-        found = dict(spread([Dies(), lambda: "done"], workers=1))
-    assert found[0].startswith("the process that ran it died")
-    assert found[1] == "done"
-
-
 def test_another_sweep_is_not_mixed_in(swept: tuple[sweep.SweepPlan, xr.Dataset, Path], tmp_path: Path) -> None:
     _, _, folder = swept
     other = plan(tmp_path, TWO.replace("0.1", "0.2"))
@@ -343,70 +236,3 @@ def test_another_sweep_is_not_mixed_in(swept: tuple[sweep.SweepPlan, xr.Dataset,
     (tmp_path / "bad.sqlite").write_text("no database" * 100)
     with pytest.raises(CosimError, match="not a database; remove it"):
         sweep.run_sweep(other, tmp_path / "bad.sqlite")
-
-
-# -- mistakes
-
-
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
-        ('"thermal.hh" = [1]', "did you mean 'h'"),
-        ('"thermic.h" = [1]', "did you mean 'thermal'"),
-        ('"thermal.T" = [300]', "no parameter or input of thermal.fmu"),
-        ('"coupling.macrostep" = [1]', "did you mean 'macro_step'"),
-        ('"thermal.h" = ["20 W"]', "does not fit"),
-        ('"thermal.h" = { uniform = { loc = "20 K", scale = 1 } }', "unit 'K' does not fit"),
-        ('"thermal.h" = { unifrm = { loc = 1 } }', "did you mean 'uniform'"),
-        ('"thermal.h" = { uniform = { low = 1 } }', "did you mean 'loc'"),
-        ('"thermal.h" = { lognorm = { scale = 1 } }', "wants s as well"),
-        ('"thermal.h" = { uniform = { loc = 1, scale = -1 } }', "does not allow"),
-        ('"thermal.h" = { uniform = {}, norm = {} }', "wants one distribution"),
-        ('"thermal.h" = 3', "wants a list of values or a distribution"),
-        ('"thermal.h" = []', "empty list"),
-        ('"thermal.h" = [0]', "out of range; allowed: 1e-09"),
-        ('"thermal.h" = { uniform = {}, levels = 3 }', "levels are of design = 'grid'"),
-        ('"rod.order" = { uniform = {} }', "discrete distribution"),
-        ('"rod.strains" = { uniform = {} }', "list of values"),
-        ('"thermal.h, rod.body.E" = [1]', "one type and unit"),
-    ],
-)
-def test_mistakes_in_parameters_are_named(text: str, said: str, tmp_path: Path) -> None:
-    with pytest.raises(CosimError) as caught:
-        plan(tmp_path, f"[parameters]\n{text}\n")
-    assert said in str(caught.value)
-    assert "mine.toml" in str(caught.value)
-
-
-@pytest.mark.parametrize(
-    ("head", "said"),
-    [
-        ("", "runs: missing; add for example"),
-        ("runs = 8\ndesign = 'sobl'\n", "did you mean 'sobol'"),
-        ("runs = 10\ndesign = 'saltelli'\n", "take 8 or 16"),
-        ("design = 'grid'\n", "wants levels"),
-        ("runs = 8\ninterval = '0.7 s'\n", "does not divide"),
-        ("runs = 8\ninterval = '1 V'\n", "does not fit"),
-        ("runs = 8\nquantiles = [2]\n", "between 0 and 1"),
-        ("runs = 8\nquantile = [0.5]\n", "unknown"),
-        ("runs = 1_000_001\n", "out of range"),
-        ("runs = 8\nthermal.h = 3\n", "unknown"),
-    ],
-)
-def test_mistakes_in_the_head_are_named(head: str, said: str, tmp_path: Path) -> None:
-    with pytest.raises(CosimError, match=said):
-        plan(tmp_path, head=head)
-
-
-def test_unknown_outputs_and_missing_keys_are_named(tmp_path: Path) -> None:
-    (tmp_path / "mine.toml").write_text("runs = 8\n" + QUICK.replace("thermal.T", "thermal.TT") + TWO)
-    with pytest.raises(CosimError, match=r"did you mean 'thermal\.T'"):
-        sweep.read_plan(tmp_path / "mine.toml")
-    (tmp_path / "mine.toml").write_text("runs = 8\n")
-    with pytest.raises(CosimError, match="scene: missing; add name of a scene"):
-        sweep.read_plan(tmp_path / "mine.toml")
-    (tmp_path / "mine.toml").write_text("runs = 8\n" + QUICK.replace("set = [", 'set = ["fidelity.level=auto", ') + TWO)
-    with pytest.raises(CosimError, match="choose anew in every run; add to set"):
-        sweep.read_plan(tmp_path / "mine.toml")
-    with pytest.raises(CosimError, match="did you mean 'scatter'"):
-        sweep.read_plan("scater")

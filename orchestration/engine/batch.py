@@ -7,8 +7,9 @@ from __future__ import annotations
 
 import ctypes
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -17,7 +18,7 @@ from ..scene import Scene
 from .binding import library
 from .plan import EnginePlan
 
-__all__ = ["BatchResult", "cores", "run_batch", "run_plan"]
+__all__ = ["BatchResult", "cores", "count_runs", "run_batch", "run_plan"]
 
 MAX_FAILURE = 1000  # characters of the text of a failure
 
@@ -57,6 +58,20 @@ class BatchResult:
         return values
 
 
+def count_runs(scene: Scene, columns: Iterable[Sequence[Any] | np.ndarray]) -> int:
+    """Return the number of runs of columns with one value, or row, for each run.
+
+    Raises
+    ------
+    SceneError
+        There is no column, or columns differ in length.
+    """
+    counts = {len(values) for values in columns}
+    if len(counts) != 1:
+        raise SceneError(f"{scene.name}: columns have {sorted(counts)} values; give one for each run, in every column")
+    return counts.pop()
+
+
 def run_batch(
     scene: Scene,
     parameters: Mapping[str, Sequence[float] | np.ndarray] | None = None,
@@ -90,12 +105,7 @@ def run_batch(
     """
     parameters, inputs = dict(parameters or {}), dict(inputs or {})
     plan = EnginePlan.of(scene, list(parameters), list(inputs), outputs)
-    counts = {len(values) for values in (*parameters.values(), *inputs.values())}
-    if len(counts) != 1:
-        raise SceneError(
-            f"{scene.name}: give parameters or inputs, all for one number of runs; given: {sorted(counts)}"
-        )
-    (runs,) = counts
+    runs = count_runs(scene, (*parameters.values(), *inputs.values()))
     table = np.column_stack(
         [np.zeros((runs, 0)), *(np.asarray(v, dtype=float).reshape(runs, 1) for v in parameters.values())]
     )

@@ -47,10 +47,8 @@ class IsolatedInstance:
         Name of the instance.
     parameters
         Name -> value in the variable's own unit.
-    inputs, outputs, recorded
-        Names of the variables that are driven, read and recorded.
-    start, stop, tolerance
-        As in Instance.
+    **settings
+        Inputs, outputs, recorded, start, stop and tolerance, as Instance takes them.
 
     Raises
     ------
@@ -60,22 +58,10 @@ class IsolatedInstance:
 
     frozen = False
 
-    def __init__(
-        self,
-        archive: Archive,
-        name: str,
-        parameters: Mapping[str, Value],
-        inputs: Sequence[str],
-        outputs: Sequence[str],
-        recorded: Sequence[str] = (),
-        start: float = 0.0,
-        stop: float | None = None,
-        tolerance: float | None = None,
-    ) -> None:
+    def __init__(self, archive: Archive, name: str, parameters: Mapping[str, Value], **settings: Any) -> None:
         self.name = name
         self._strings = {
-            key: _strings([archive.variables[v] for v in names])
-            for key, names in (("inputs", inputs), ("outputs", outputs), ("recorded", recorded))
+            key: _strings([archive.variables[v] for v in settings[key]]) for key in ("inputs", "outputs", "recorded")
         }
         self._warnings: tuple[Warned, ...] = ()
         self._connection, far = multiprocessing.connection.Pipe()
@@ -84,9 +70,7 @@ class IsolatedInstance:
             [sys.executable, "-c", _PROGRAM, module, str(far.fileno()), *sys.path], pass_fds=[far.fileno()]
         )
         far.close()
-        experiment = {"start": start, "stop": stop, "tolerance": tolerance}
-        names = (tuple(inputs), tuple(outputs), tuple(recorded))
-        self._connection.send((archive.path, name, dict(parameters), *names, experiment))
+        self._connection.send((archive.path, name, dict(parameters), settings))
         try:
             self._take_facts(self._receive())
         except BaseException:
@@ -210,11 +194,11 @@ def serve(descriptor: int) -> None:
     connection = multiprocessing.connection.Connection(os.dup(descriptor))
     os.close(descriptor)
     try:
-        path, name, parameters, inputs, outputs, recorded, experiment = connection.recv()
+        path, name, parameters, settings = connection.recv()
     except EOFError:
         return
     try:
-        server = _Server(path, name, parameters, inputs, outputs, recorded, experiment)
+        server = _Server(path, name, parameters, settings)
     except Exception as error:
         connection.send((None, (str(error), None, False, False), ()))
         return
@@ -233,21 +217,12 @@ def serve(descriptor: int) -> None:
 class _Server:
     """The instance in its process, with the handles of its saved states."""
 
-    def __init__(
-        self,
-        path: Path,
-        name: str,
-        parameters: Mapping[str, Value],
-        inputs: Sequence[str],
-        outputs: Sequence[str],
-        recorded: Sequence[str],
-        experiment: Mapping[str, Any],
-    ) -> None:
+    def __init__(self, path: Path, name: str, parameters: Mapping[str, Value], settings: Mapping[str, Any]) -> None:
         self.archive = Archive(path)
         kind = ModelExchangeInstance if self.archive.description.co_simulation is None else Slave
-        self.strings = [_strings([self.archive.variables[v] for v in names]) for names in (outputs, recorded)]
+        self.strings = [_strings([self.archive.variables[v] for v in settings[key]]) for key in ("outputs", "recorded")]
         try:
-            self.instance: Any = kind(self.archive, name, parameters, inputs, outputs, recorded, **experiment)
+            self.instance: Any = kind(self.archive, name, parameters, **settings)
         except BaseException:
             self.archive.close()
             raise

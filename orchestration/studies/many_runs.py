@@ -16,7 +16,7 @@ import numpy as np
 from .. import scene as scenes
 from .. import simulation
 from ..engine import BatchResult
-from ..engine.batch import run_plan
+from ..engine.batch import count_runs, run_plan
 from ..engine.binding import library
 from ..engine.plan import EnginePlan, expanded
 from ..errors import CosimError, SceneError
@@ -107,10 +107,7 @@ def run_many(
     SceneError
         A key or an output is not known, columns differ in length, or runs end at different times.
     """
-    counts = {len(values) for values in table.values()}
-    if len(counts) != 1:
-        raise SceneError(f"{scene.name}: columns have {sorted(counts)} values; give one for each run, in every column")
-    (runs,) = counts
+    runs = count_runs(scene, table.values())
     columns = {name: np.asarray(values).tolist() for name, values in table.items()}
     engine = EngineRuns.of(scene, columns, outputs, threads)
     names = {name: expanded(scene, name, ("input", "output")) for name in outputs}

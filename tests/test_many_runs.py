@@ -1,0 +1,105 @@
+"""Many runs of one scene: tables of runs, processes that are killed or die."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import dask
+import numpy as np
+import pytest
+import tca_cosim as tca
+from sweep_plans import QUICK, TWO
+from tca_cosim import CosimError
+from tca_cosim.parallel import spread
+from tca_cosim.studies import many_runs
+
+PACKAGES = Path(tca.__file__).parents[1]  # for processes that import the same package
+
+
+TABLE = {
+    "rod.body.E": [37800.0, 30000.0, 45000.0, -1.0],  # the last one is out of range
+    "thermal.h": [15.0, 18.0, 21.0, 24.0],
+    "thermal.tca.R": [6.9, 7.1, 6.7, 6.9],
+}
+
+
+@pytest.mark.parametrize(
+    ("more", "engine"),
+    [
+        ({}, True),
+        ({"rod.strains": ["bending", "extensible", "kirchhoff", "bending"]}, False),  # words
+        ({"thermal.V[1]": [0.0, 1.0, 2.0, 3.0]}, False),  # an input
+        ({"thermal.tca.beta": [0.0, 0.001, 0.0, 0.0]}, False),  # changes the wiring
+    ],
+)
+def test_a_table_of_runs_gives_what_each_run_gives(more: dict, engine: bool) -> None:
+    scene = tca.read("step", ["stop_time=3", "rod.closure=inside", "rod.order=1", "coupling.macro_step=1"])
+    table = {**TABLE, **more}
+    outputs = ["rod.tip.p", "thermal.T"]
+    assert (many_runs.EngineRuns.of(scene, table, outputs) is not None) == engine
+    found = tca.run_many(scene, table, outputs)
+    assert "rod.body.E = -1.0: out of range" in found.failures[3]
+    assert np.isnan(found.outputs[3]).all()
+    for k in range(3):
+        assert found.failures[k] == ""
+        alone = tca.run(scene, {name: values[k] for name, values in table.items()})
+        for name in outputs:
+            assert np.array_equal(found[name][k], alone[name][1:])
+
+
+@pytest.mark.parametrize(
+    ("table", "said"),
+    [
+        ({"rod.body.E": [1.0, 2.0], "thermal.h": [15.0]}, "one for each run"),
+        ({}, "one for each run"),
+        ({"rod.body.EE": [1.0]}, "every run failed, the first with.*did you mean"),
+        ({"coupling.macro_step": [0.1, 0.2]}, "other communication points"),
+    ],
+)
+def test_mistakes_in_tables_are_named(table: dict, said: str) -> None:
+    with pytest.raises(CosimError, match=said):
+        tca.run_many(tca.read("step", ["stop_time=0.4"]), table)
+
+
+def test_killed_and_resumed(tmp_path: Path) -> None:
+    """Two workers; SIGKILL of the whole process group in the middle; the file is that of an uninterrupted sweep in one
+    process, byte for byte."""
+    (tmp_path / "mine.toml").write_text("runs = 4000\n" + QUICK + TWO)
+    command = [sys.executable, "-c", "from tca_cosim.cli import app; app()", "sweep", "mine.toml", "--workers", "2"]
+    about = {"cwd": tmp_path, "env": {**os.environ, "PYTHONPATH": str(PACKAGES)}, "text": True}
+    first = subprocess.Popen([*command], **about, stdout=subprocess.DEVNULL, start_new_session=True)
+    log = tmp_path / "results" / "mine.sweep.sqlite-wal"
+    while not (log.is_file() and log.stat().st_size > 60_000):
+        assert first.poll() is None
+        time.sleep(0.02)
+    os.killpg(first.pid, signal.SIGKILL)
+    first.wait()
+    done = subprocess.run([*command, "--runs", "32"], **about, capture_output=True, check=True).stdout
+    found, now = (int(done.replace("\n", " ").split(word)[0].split()[-1]) for word in (" finished before", " now in"))
+    assert found > 2
+    assert found + now == 32
+    subprocess.run([*command[:-1], "0", "--runs", "32", "--out", "whole"], **about, capture_output=True, check=True)
+    names = [tmp_path / folder / "mine.sweep.nc" for folder in ("results", "whole")]
+    assert names[0].read_bytes() == names[1].read_bytes()
+
+
+class Dies:
+    """A run in an FMU that takes its process with it."""
+
+    def __call__(self) -> str:
+        os._exit(1)
+
+    def lost(self, why: str) -> str:
+        return why
+
+
+def test_a_run_that_kills_its_process_is_a_failure_of_its_own() -> None:
+    with dask.config.set({"distributed.scheduler.allowed-failures": 0}):
+        found = dict(spread([Dies(), lambda: "done"], workers=1))
+    assert found[0].startswith("the process that ran it died")
+    assert found[1] == "done"

@@ -1,0 +1,98 @@
+"""The outcome of a run: files kept, limits exceeded, new scenes, help."""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+
+import pytest
+import tca_cosim as tca
+import xarray as xr
+from command_line import call
+from tca_cosim import results
+
+
+def test_results_of_other_settings_are_kept(here: Path) -> None:
+    for override in ((), (), ("--set", "thermal.V[3]=2 V")):
+        done = call("run", "good.toml", *override)
+        assert done.exit_code == 0, done.output
+    folder = here / "results"
+    assert sorted(file.name for file in folder.iterdir()) == [
+        *("good.csv", "good.nc", "good.previous.csv", "good.previous.nc")
+    ]
+    assert "kept, since its settings differ: results/good.previous.nc" in done.stdout
+    assert "(modified: thermal.V[3]=2 V)" in done.stdout
+    assert results.read(folder / "good.previous.nc")["thermal.V"][-1, 2] == 3.0
+    assert "good.previous-2.nc" in call("run", "good.toml", "--set", "thermal.V[3]=1").stdout
+    assert call("run", "good.toml", "--name", "other").exit_code == 0
+    assert results.read(folder / "other.nc").attrs["scene"] == "other"
+
+
+def test_a_run_tells_its_outcome(here: Path) -> None:
+    lines = call("run", "good.toml").stdout.splitlines()
+    lines = lines[lines.index("good") :]
+    assert lines[1].startswith("tip at 0.2 s: x ")
+    assert lines[1].endswith(" mm")
+    assert lines[2].startswith("angles at 0.2 s: x ")
+    assert lines[3].startswith("hottest TCA: 3, mean ")
+    assert "degC at 0.2 s" in lines[3]
+    assert lines[4].startswith("coupling: 2 macro steps, ")
+
+
+def test_results_beyond_the_limits_are_doubtful(here: Path) -> None:
+    hot = ("--set", "thermal.V=[60, 0, 0]")
+    done = call("run", "good.toml", *hot)
+    assert done.exit_code == 0
+    assert "warning: thermal: TCA 1 is hotter than 150 degC from t = " in " ".join(done.stderr.split())
+    allowed = (
+        "--set",
+        "limits.temperature=100000 degC",
+        "--set",
+        "limits.speed=100",
+        "--set",
+        "limits.strain=100",
+        "--name",
+        "hot",
+    )
+    assert "warning" not in call("run", "good.toml", *hot, *allowed).stderr
+    with pytest.warns(tca.SceneWarning, match=r"hotter than 60 degC from t = 0\.[12] s on \(up to \d+ degC\)"):
+        tca.run("good.toml", {"thermal.V": 30, "limits.temperature": "60 degC"})
+
+
+def test_a_body_strained_beyond_linear_elasticity_is_doubtful(here: Path) -> None:
+    """A pull of 0.5 N stretches body and TCAs together by 4.0 %."""
+    pulled = ("--set", "thermal.V=[0, 0, 0]", "--set", "rod.tip_force=[0, 0, 0.5]")
+    assert "warning" not in call("run", "good.toml", *pulled).stderr
+    limited = (*pulled, "--set", "limits.strain=3 %")
+    said = " ".join(call("run", "good.toml", *limited).stderr.split())
+    assert "rod: the body is strained along TCA 1 by more than 3 % from t = 0 s on (up to 4 %)" in said
+    remedy = ("--set", "limits.strain=3 %", "--set", "rod.tip_force=[0, 0, 0.1]", "--name", "mild")
+    assert "warning" not in call("run", "good.toml", *pulled, *remedy).stderr
+
+
+def test_the_version_and_groups_of_commands(here: Path) -> None:
+    assert call("--version").stdout == f"tca-cosim {tca.__version__}\n"
+    shown = call("--help").stdout
+    for group in ("Simulate", "Look at results", "Verify", "Study", "Benchmark"):
+        assert group in shown
+
+
+def test_a_new_scene_runs(here: Path) -> None:
+    assert call("new", "mine.toml").exit_code == 0
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        scene = tca.read("mine.toml")
+    default = tca.read("step", {"rod.order": 4})
+    for member in scene.members:
+        for vector in ("tca.azimuth",):
+            assert member.reals(vector) == pytest.approx(default.member(member.name).reals(vector))
+        assert member.value("body.length") == default.member(member.name).value("body.length")
+    assert isinstance(tca.run(scene, {"stop_time": 0.2}), xr.Dataset)
+
+
+def test_keys_are_explained(here: Path) -> None:
+    assert call("explain", "coupling.method").stdout.splitlines()[0].startswith("coupling.method: ")
+    shown = call("explain", "rod.closure").stdout
+    assert "allowed: inside, exchanged" in shown
+    assert "unit K" in call("explain", "T_0").stdout
+    assert call("explain", "stop_time").stdout.startswith("stop_time: [s]")
