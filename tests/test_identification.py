@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +11,16 @@ import pytest
 import tca_cosim as tca
 import tca_cosim.cli
 import xarray as xr
-from tca_cosim.identification import Measurements, identify, measurements_of, read_free, read_measurements
+from tca_cosim.identification import (
+    Measurements,
+    bootstrap,
+    identify,
+    measurements_of,
+    read_free,
+    read_measurements,
+)
+from tca_cosim.identification.fit import Fit
+from tca_cosim.parallel import spread
 from tca_cosim.scene import Scene
 from tca_cosim.verification.paper import data as paper
 from typer.testing import CliRunner
@@ -17,6 +28,16 @@ from typer.testing import CliRunner
 SHORT = {"rod.closure": "inside", "stop_time": 4.0, "coupling.macro_step": 0.2, "rod.order": 0}
 TRUE = {"thermal.tca.R": 6.9, "rod.tca.rho_T": 6.5e-4}
 NOISE = {"thermal.T": 0.3, "rod.tip.p": 2e-4}
+DATA = Path(__file__).parent / "data"
+MEASURED_LAW = {  # of Sun et al. (2021), type 1-180; tests/cpp/rod_parts.cpp has it too
+    "rod.body.length": 88.29e-3,
+    "rod.tca.stiffness": 2.506,
+    "rod.tca.stiffening": 148.0,
+    "rod.tca.stroke": 1.499e-4,
+    "rod.tca.stroke_curvature": 1.775e-6,
+    "rod.tca.stop": -12.6e-3,
+    "rod.tca.stop_stiffness": 30.3,
+}
 
 
 @pytest.fixture(scope="module")
@@ -133,6 +154,95 @@ def test_the_command_writes_a_parameter_set(scene: Scene, exact: xr.Dataset, tmp
     assert (tmp_path / "step.estimate.json").is_file()
 
 
+def test_lengths_of_a_hanging_tca_give_the_measured_law(tmp_path: Path) -> None:
+    """From rough values on: load stiffening, curved stroke and the stop, from 73 lengths read off a figure."""
+    pytest.importorskip("tomli_w")
+    arguments = ["identify", str(DATA / "hanging_tca.toml"), "--data", str(DATA / "hanging_tca_lengths.csv")]
+    arguments += ["--free", " ".join(MEASURED_LAW), "--set", "rod.tca.stop_width=6 mm", "--out", str(tmp_path)]
+    result = CliRunner().invoke(tca.cli.app, arguments)
+    assert result.exit_code == 0, result.output
+    assert "do not tell" not in result.output
+    assert "not converged" not in result.output
+    told = json.loads((tmp_path / "hanging_tca.estimate.json").read_text(encoding="utf-8"))
+    assert told["residuals_rms"]["rod.tip.p"] < 0.6e-3
+    np.testing.assert_allclose(told["values"], list(MEASURED_LAW.values()), rtol=2e-3)
+    low, high = np.array(told["intervals_95"]).T
+    assert ((low < list(MEASURED_LAW.values())) & (list(MEASURED_LAW.values()) < high)).all()
+    other = tca.read("hang", {"parameters": str(tmp_path / "hanging_tca.parameters.toml"), "body.length": 88.29e-3})
+    rod = other.member("rod")
+    assert rod.choice("tca.law") == "measured"
+    assert rod.reals("tca.stiffness") == pytest.approx((2.506,) * 3, rel=2e-3)
+    assert rod.reals("tca.stop_width") == (6e-3,) * 3
+
+
+def test_what_lengths_alone_do_not_tell_of_the_stop_is_named() -> None:
+    scene = tca.read(DATA / "hanging_tca.toml")
+    data = read_measurements(scene, DATA / "hanging_tca_lengths.csv")
+    free = read_free(scene, [*MEASURED_LAW, "rod.tca.stop_width"])
+    estimate = identify([(scene, data)], free, noise={"rod.tip.p": 5e-4})
+    stop = ("rod.tca.stop", "rod.tca.stop_stiffness", "rod.tca.stop_width")
+    assert estimate.undetermined == (stop,)
+    assert estimate.residuals["rod.tip.p"] < 0.6e-3
+
+
+class Decay:
+    """Predicts exp(-k t) in place of a scene's FMUs; cannot run for k < 0."""
+
+    def __init__(self, scene: Scene, measured: Measurements, threads: int | None = None) -> None:
+        self.scene, self.measured, self.runs, self.failure, self.refused = scene, measured, 0, "", 0
+
+    def __call__(self, names: list[str], table: np.ndarray) -> np.ndarray:
+        rows = np.exp(-table[:, :1] * self.measured.times)
+        self.refused += int((table[:, 0] < 0.0).sum())
+        self.failure = "diverges" if (table[:, 0] < 0.0).any() else ""
+        rows[table[:, 0] < 0.0] = np.nan
+        return rows[:, :, None]
+
+
+@pytest.mark.parametrize(("start", "refused"), [(1.0, False), (14.0, True)])
+def test_steps_to_parameters_that_cannot_be_run_are_shortened(scene: Scene, start: float, refused: bool) -> None:
+    times = np.linspace(0.05, 1.0, 20)
+    model = Decay(scene, Measurements(times, ("thermal.T[1]",), np.exp(-0.3 * times)[:, None]))
+    (k,) = read_free(scene, ["thermal.h=0:1e3"])
+    fit = Fit([model], (replace(k, start=start, least=-1e3),), {"thermal.T": 1.0}, ())  # type: ignore[list-item]
+    assert fit.solve(fit.start())[0] * start == pytest.approx(0.3, rel=1e-6)
+    assert fit.converged
+    assert bool(model.refused) == refused
+    beside = np.array([1e-3]) / start  # nearer to the edge than a step of the differences
+    assert fit.jacobian(beside)[0, 0] == pytest.approx(start * times[0], rel=1e-2)
+    with pytest.raises(tca.CosimError, match=r"diverges; start elsewhere \(--set\), or give narrower bounds"):
+        fit.solve(-fit.start())
+
+
+def test_bootstrap_intervals_are_those_of_the_linear_theory_where_it_holds(
+    scene: Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("tca_cosim.identification.resampling.Predictor", Decay)
+    monkeypatch.setattr("tca_cosim.identification.estimate.Predictor", Decay)
+    times = np.linspace(0.05, 3.0, 60)
+    noisy = np.exp(-0.8 * times) + 0.02 * np.random.default_rng(2).standard_normal(times.size)
+    data = Measurements(times, ("thermal.T[1]",), noisy[:, None])
+    (k,) = read_free(scene, ["thermal.h=0.01:100"])
+    estimate = identify([(scene, data)], [replace(k, start=2.0)])
+    assert abs(estimate.values[0] - 0.8) < 4.0 * estimate.deviations[0]
+    resampled = bootstrap([(scene, data)], estimate, 400)
+    assert resampled.failed == 0
+    assert resampled.deviations[0] == pytest.approx(estimate.deviations[0], rel=0.15)  # 4 % from 400 repeats alone
+    np.testing.assert_allclose(resampled.intervals, estimate.intervals, atol=0.5 * estimate.deviations[0])
+    with pytest.raises(tca.SceneError, match="give 20 or more"):
+        bootstrap([(scene, data)], estimate, 5)
+
+
+def test_bootstrap_by_dask_is_that_of_one_process(scene: Scene, exact: xr.Dataset) -> None:
+    pytest.importorskip("distributed")
+    data = measured(scene, exact, np.random.default_rng(6), {"thermal.T": 0.3})
+    estimate = identify([(scene, data)], read_free(scene, ["thermal.tca.R"]), noise={"thermal.T": 0.3})
+    here = bootstrap([(scene, data)], estimate, 20, seed=1)
+    there = bootstrap([(scene, data)], estimate, 20, seed=1, worker=lambda tasks: spread(tasks, workers=1))
+    np.testing.assert_allclose(there.values, here.values, rtol=1e-12)
+    assert here.deviations[0] == pytest.approx(estimate.deviations[0], rel=0.6)
+
+
 @pytest.mark.parametrize(
     ("free", "message"),
     [
@@ -141,6 +251,9 @@ def test_the_command_writes_a_parameter_set(scene: Scene, exact: xr.Dataset, tmp
         ("thermal.tca.R=9:3", "lower bound"),
         ("thermal.tca.R=low:high", "two numbers"),
         ("thermal.tca.R~7:0", "standard deviation is positive"),
+        ("thermal.tca.R~7:nan", "standard deviation is positive"),
+        ("thermal.tca.R=-9:-3", "no value in these bounds is allowed; allowed: 1e-09 to"),
+        ("thermal.tca.alpha_T", "starts at 0, which does not tell its size; give bounds"),
     ],
 )
 def test_wrong_parameters_are_refused(scene: Scene, free: str, message: str) -> None:
@@ -163,3 +276,12 @@ def test_wrong_data_are_refused(scene: Scene, text: str, message: str, tmp_path:
     (tmp_path / "data.csv").write_text(text)
     with pytest.raises(tca.SceneError, match=message):
         read_measurements(scene, tmp_path / "data.csv")
+
+
+def test_one_value_does_not_stand_for_elements_that_differ() -> None:
+    scene = tca.read("step", {"thermal.tca.R": [6.9, 7.0, 7.1]})
+    with pytest.raises(tca.SceneError, match=r"free them one by one: thermal\.tca\.R\[1\] thermal\.tca\.R\[2\]"):
+        read_free(scene, ["thermal.tca.R"])
+    assert [p.start for p in read_free(scene, ["thermal.tca.R[2]"])] == [7.0]
+    with pytest.raises(tca.SceneError, match=r"segments values of their own; free those: rod\.segment\.E\[1\]"):
+        read_free(tca.read("step", {"rod.segment.E[1]": 30e3}), ["rod.body.E"])

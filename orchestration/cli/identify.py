@@ -11,6 +11,7 @@ import typer
 from ..errors import SceneError
 from .console import out, reported, written
 from .options import Folder, Overrides, SceneName
+from .workers import Scheduler, Workers, worker
 
 __all__ = ["command"]
 
@@ -28,13 +29,21 @@ def command(
         list[str] | None, typer.Option(help="OUTPUT=DEVIATION of a sensor, such as thermal.T=0.3; default: estimated")
     ] = None,
     offset: Annotated[list[str] | None, typer.Option(help="Output whose sensor has an unknown offset")] = None,
+    repeats: Annotated[
+        int,
+        typer.Option(
+            "--bootstrap", min=0, help="Number of fits to resampled measurements, for intervals by percentiles; 0: none"
+        ),
+    ] = 0,
+    workers: Workers = None,
+    scheduler: Scheduler = None,
     folder: Folder = Path("results"),
 ) -> None:
     """Estimates parameters by least squares (requires tca-cosim[control]); writes NAME.parameters.toml, a parameter set
-    for other scenes, and NAME.estimate.json."""
+    for other scenes, and NAME.estimate.json. Only --bootstrap uses --workers and --scheduler."""
     from ..api import read
     from ..files import atomic_write
-    from ..identification import identify, read_free, read_measurements
+    from ..identification import bootstrap, identify, read_free, read_measurements
     from ..identification.report import as_dict, parameter_set, table, warnings_of
     from ..scene.toml_writer import toml_text
 
@@ -50,13 +59,16 @@ def command(
         names = [part for text in free for part in text.split()]
         sensors = dict(_deviation(text) for text in noise or [])
         estimate = identify(experiments, read_free(first, names), sensors, offset or ())
-        out.print(table(estimate))
+        resampled = None
+        if repeats:
+            resampled = bootstrap(experiments, estimate, repeats, worker=worker(scheduler, workers))
+        out.print(table(estimate, resampled))
         for name, rms in estimate.residuals.items():
             out.print(f"residuals of {name}: {rms:.4g} rms", highlight=False)
-        for text in warnings_of(estimate):
+        for text in warnings_of(estimate, resampled):
             out.print(f"warning: {text}", highlight=False, soft_wrap=True)
         files = [folder / f"{first.name}.parameters.toml", folder / f"{first.name}.estimate.json"]
-        texts = [toml_text(parameter_set(first, estimate)), json.dumps(as_dict(estimate), indent=1)]
+        texts = [toml_text(parameter_set(first, estimate)), json.dumps(as_dict(estimate, resampled), indent=1)]
         for path, content in zip(files, texts, strict=True):
             with atomic_write(path) as draft:
                 draft.write_text(content, encoding="utf-8")

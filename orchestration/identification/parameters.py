@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
 from ..errors import SceneError
 from ..fmi.archive import similar
-from ..scene import Scene
+from ..scene import Member, Scene
 
 __all__ = ["FreeParameter", "read_free"]
+
+_BODY, _SEGMENT = "body.", "segment."  # a parameter of the body is that of all its segments
 
 
 @dataclass(frozen=True)
@@ -41,7 +42,7 @@ class FreeParameter:
     @property
     def scale(self) -> float:
         """Size of the parameter, by which the search scales it."""
-        return abs(self.start) or (self.prior[1] if self.prior else 1.0)
+        return abs(self.start) or (self.prior[1] if self.prior else max(abs(self.least), abs(self.most)))
 
 
 def read_free(scene: Scene, texts: Sequence[str]) -> tuple[FreeParameter, ...]:
@@ -74,15 +75,42 @@ def _read(scene: Scene, text: str) -> FreeParameter:
         remedy = similar(parameter, [*(b for b, e in archive.vectors.items() if e[0] in reals), *reals])
         raise SceneError(f"--free {text}: {parameter!r} is not a real parameter; {remedy}")
     variable = archive.variables[elements[0]]
-    start = float(np.mean([found.real(element) for element in elements]))
+    start = _common_value(text, found, parameter, elements)
     least, most = _pair(text, bounds, "low:high") if bounds else (variable.least, variable.most)
     prior = _pair(text, known, "mean:deviation") if known else None
     if not least < most:
         raise SceneError(f"--free {text}: the lower bound is not below the upper one; give NAME=LOW:HIGH")
-    if prior is not None and not prior[1] > 0.0:
+    least, most = max(least, variable.least), min(most, variable.most)
+    if not least < most:
+        raise SceneError(
+            f"--free {text}: no value in these bounds is allowed; allowed: {variable.least:g} to {variable.most:g} "
+            f"{variable.unit}"
+        )
+    if prior is not None and not (math.isfinite(prior[0]) and 0.0 < prior[1] < math.inf):
         raise SceneError(f"--free {text}: a standard deviation is positive; give NAME~MEAN:DEVIATION")
+    if start == 0.0 and not (prior or (bounds and math.isfinite(least) and math.isfinite(most))):
+        raise SceneError(
+            f"--free {text}: it starts at 0, which does not tell its size; give bounds, NAME=LOW:HIGH, or a prior, "
+            f"NAME~MEAN:DEVIATION, or start elsewhere, --set '{name.strip()}=...'"
+        )
     inside = min(max(start, least), most)
     return FreeParameter(name.strip(), inside, least, most, variable.unit, prior)
+
+
+def _common_value(text: str, member: Member, parameter: str, elements: Sequence[str]) -> float:
+    """Return the value that all elements have. Raises SceneError where one value cannot stand for them."""
+    values = [member.real(element) for element in elements]
+    if len(set(values)) > 1:
+        names = " ".join(f"{member.name}.{element}" for element in elements)
+        raise SceneError(f"--free {text}: its elements differ in the scene; free them one by one: {names}")
+    of_segments = f"{_SEGMENT}{parameter.removeprefix(_BODY)}["
+    own = sorted(key for key in member.parameters if parameter.startswith(_BODY) and key.startswith(of_segments))
+    if own:
+        raise SceneError(
+            f"--free {text}: the scene gives segments values of their own; free those: "
+            + " ".join(f"{member.name}.{key}" for key in own)
+        )
+    return values[0]
 
 
 def _pair(text: str, pair: str, form: str) -> tuple[float, float]:

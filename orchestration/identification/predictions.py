@@ -29,6 +29,7 @@ class Predictor:
 
     scene: Scene
     measured: Measurements
+    threads: int | None = None  # of the engine; None: one for each core
     runs: int = 0
     failure: str = ""  # of the last call: why a set of parameters could not be run; empty where all could
 
@@ -54,7 +55,7 @@ class Predictor:
                 self._has_plan = False
         if self._plan is None:
             return np.array([self._one(names, row) for row in table])
-        rows, failures = run_plan(self._plan, table)
+        rows, failures = run_plan(self._plan, table, threads=self.threads)
         self.failure = next((text for text in failures if text), "")
         columns = []
         for name in self.measured.outputs:
