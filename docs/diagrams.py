@@ -32,7 +32,7 @@ LAYERS: tuple[tuple[tuple[str, str], ...], ...] = (
     (("fmi", "archive, instance, slave, units"),),
     (("cosim", "master, loops, extrapolation, step control"),),
     (("files", "atomic writes"), ("parallel", "processes"), ("plotting", "colours of all figures")),
-    (("errors", "what, where, allowed, remedy"), ("lazy", "imports on use")),
+    (("errors", "what, where, allowed, remedy"),),
 )
 
 ACTORS = ("time loop", "step control", "master", "algebraic loop", "acceleration", "FMUs")

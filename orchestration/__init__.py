@@ -11,7 +11,8 @@ are loaded when something of them is used.
 
 from typing import TYPE_CHECKING
 
-from .lazy import importer as _importer
+import lazy_loader as _lazy
+
 from .visualization.registration import register as _register
 
 if TYPE_CHECKING:
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
     from .results import write
     from .results.software import __version__
     from .scene import Coupling, Scene, titles
-    from .stepping import Simulation
+    from .stepping import SavedState, Simulation
     from .studies.many_runs import run_many
     from .visualization.accessor import BodyView, GifImage, ResultAccessor
 
@@ -36,6 +37,7 @@ __all__ = [
     "Interrupted",
     "Overrides",
     "ResultAccessor",
+    "SavedState",
     "Scene",
     "SceneError",
     "SceneWarning",
@@ -50,34 +52,50 @@ __all__ = [
     "write",
 ]
 
-_HOMES = {
-    **dict.fromkeys(("Overrides", "read", "run"), "api"),
-    **dict.fromkeys(
-        (
-            "CosimError",
-            "CouplingError",
-            "FmuWarning",
-            "Interrupted",
-            "SceneError",
-            "SceneWarning",
-            "SubsystemError",
-        ),
-        "errors",
-    ),
-    **dict.fromkeys(("Coupling", "Scene", "titles"), "scene"),
-    **dict.fromkeys(("BodyView", "GifImage", "ResultAccessor"), "visualization.accessor"),
-    "__version__": "results.software",
-    "run_many": "studies.many_runs",
-    **dict.fromkeys(("BatchResult", "run_batch"), "engine"),
-    "Simulation": "stepping",
-    "write": "results",
-}
+_PACKAGES = [
+    "benchmarks",
+    "cli",
+    "control",
+    "cosim",
+    "engine",
+    "errors",
+    "files",
+    "fmi",
+    "identification",
+    "linear",
+    "planning",
+    "results",
+    "scene",
+    "simulation",
+    "stepping",
+    "studies",
+    "verification",
+    "visualization",
+]
+
 if not TYPE_CHECKING:  # type checkers see the imports above, and so which names there are
-    __getattr__ = _importer(__name__, _HOMES)
-
-
-def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
-
+    __getattr__, __dir__, _ = _lazy.attach(
+        __name__,
+        submodules=_PACKAGES,
+        submod_attrs={
+            "api": ["Overrides", "read", "run"],
+            "engine": ["BatchResult", "run_batch"],
+            "errors": [
+                "CosimError",
+                "CouplingError",
+                "FmuWarning",
+                "Interrupted",
+                "SceneError",
+                "SceneWarning",
+                "SubsystemError",
+            ],
+            "results": ["write"],
+            "results.software": ["__version__"],
+            "scene": ["Coupling", "Scene", "titles"],
+            "stepping": ["SavedState", "Simulation"],
+            "studies.many_runs": ["run_many"],
+            "visualization.accessor": ["BodyView", "GifImage", "ResultAccessor"],
+        },
+    )
 
 _register()

@@ -3,7 +3,7 @@
 import sys
 from typing import TYPE_CHECKING
 
-from ..lazy import importer as _importer
+import lazy_loader as _lazy
 
 if TYPE_CHECKING:
     from .application import app
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 __all__ = ["app", "main"]
 
 if not TYPE_CHECKING:
-    __getattr__ = _importer(__name__, {"app": "application"})
+    __getattr__, __dir__, _ = _lazy.attach(__name__, submod_attrs={"application": ["app"]})
 
 
 def main() -> None:

@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING
 
-from ..lazy import importer as _importer
+import lazy_loader as _lazy
 
 if TYPE_CHECKING:
     from .dataset import arrays, collect, scalars, scene_record
@@ -24,12 +24,12 @@ __all__ = [
 ]
 
 if not TYPE_CHECKING:
-    __getattr__ = _importer(
+    __getattr__, __dir__, _ = _lazy.attach(
         __name__,
-        {
-            **dict.fromkeys(("arrays", "collect", "scalars", "scene_record"), "dataset"),
-            **dict.fromkeys(("read", "write"), "storage"),
-            "versions": "software",
-            **dict.fromkeys(("LabelledArray", "ResultLike", "ResultTable"), "table"),
+        submod_attrs={
+            "dataset": ["arrays", "collect", "scalars", "scene_record"],
+            "software": ["versions"],
+            "storage": ["read", "write"],
+            "table": ["LabelledArray", "ResultLike", "ResultTable"],
         },
     )

@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING
 
-from ..lazy import importer as _importer
+import lazy_loader as _lazy
 
 if TYPE_CHECKING:
     from .layers import find, load, parameter_sets, titles
@@ -24,11 +24,11 @@ __all__ = [
 ]
 
 if not TYPE_CHECKING:
-    __getattr__ = _importer(
+    __getattr__, __dir__, _ = _lazy.attach(
         __name__,
-        {
-            **dict.fromkeys(("find", "load", "parameter_sets", "titles"), "layers"),
-            **dict.fromkeys(("KEYS", "TABLES", "Coupling", "Scene", "changed", "read"), "scene"),
-            "Member": "member",
+        submod_attrs={
+            "layers": ["find", "load", "parameter_sets", "titles"],
+            "member": ["Member"],
+            "scene": ["KEYS", "TABLES", "Coupling", "Scene", "changed", "read"],
         },
     )

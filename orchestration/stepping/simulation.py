@@ -12,50 +12,24 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from .api import Overrides, Source, read
-from .cosim.master import Checkpoint
-from .cosim.signals import Constant, Polynomial, Signal
-from .cosim.time_loop import drive
-from .errors import SceneError, SubsystemError
-from .fmi.archive import similar
-from .fmi.instance import Instance
-from .scene import Scene
-from .simulation import control_of, open_simulation, recorded_variables
+from ..api import Overrides, Source, read
+from ..cosim.master import Checkpoint
+from ..cosim.signals import Signal
+from ..cosim.time_loop import drive
+from ..errors import SceneError, SubsystemError
+from ..fmi.archive import similar
+from ..fmi.instance import Instance
+from ..simulation import control_of, open_simulation, recorded_variables
+from .live_inputs import LiveInput, held, with_live_inputs
 
 __all__ = ["SavedState", "Simulation"]
 
 _TIME_RTOL = 1e-12  # share of a time below which a step has no length
-
-
-class _LiveInput:
-    """A signal that can be exchanged while the simulation runs."""
-
-    def __init__(self, signal: Signal) -> None:
-        self.signal = signal
-
-    @property
-    def degree(self) -> int:
-        """Highest degree of its polynomials."""
-        return self.signal.degree
-
-    @property
-    def breaks(self) -> tuple[float, ...]:
-        """Times at which the value or its slope jumps [s]."""
-        return self.signal.breaks
-
-    @property
-    def extremes(self) -> tuple[float, ...]:
-        """Values that bound the signal."""
-        return self.signal.extremes
-
-    def polynomial(self, t: float, h: float) -> Polynomial:
-        """Return the coefficients for a step from t of h [s]."""
-        return self.signal.polynomial(t, h)
 
 
 @dataclass(frozen=True)
@@ -92,8 +66,8 @@ class Simulation:
 
     def __init__(self, scene: Source, overrides: Overrides = ()) -> None:
         described = read(scene, overrides)
-        self._live: dict[tuple[str, str], _LiveInput] = {}
-        self.scene = _with_live_inputs(described, self._live)
+        self._live: dict[tuple[str, str], LiveInput] = {}
+        self.scene = with_live_inputs(described, self._live)
         self._stack = contextlib.ExitStack()
         self._ready = self._stack.enter_context(open_simulation(self.scene, observe=lambda systems: None))
         self._columns = {m.name: {v.name: k for k, v in enumerate(recorded_variables(m))} for m in self.scene.members}
@@ -173,7 +147,7 @@ class Simulation:
             for element, item in zip(elements, values, strict=True):
                 if (member, element) not in self._live:
                     raise SceneError(f"{key} cannot be set; inputs that nothing feeds are {', '.join(self.inputs)}")
-                changes[member, element] = item if hasattr(item, "polynomial") else _held(key, item)
+                changes[member, element] = item if hasattr(item, "polynomial") else held(key, item)
         changed = {place: signal for place, signal in changes.items() if self._live[place].signal != signal}
         for place, signal in changed.items():
             self._live[place].signal = signal
@@ -274,31 +248,6 @@ class Simulation:
                 f"step to t = {until:.6g} s: after the scene's stop time {self.scene.stop_time:g} s; open it with a "
                 "later stop_time"
             )
-
-
-def _with_live_inputs(scene: Scene, live: dict[tuple[str, str], _LiveInput]) -> Scene:
-    """Return the scene with every input that no connection feeds driven by an exchangeable signal, kept in `live`."""
-    fed = {c.target for c in scene.connections}
-    members = []
-    for member in scene.members:
-        signals: dict[str, Signal] = {}
-        for variable in member.archive.variables.values():
-            if variable.causality != "input" or (member.name, variable.name) in fed or variable.type == "String":
-                continue
-            signal = member.signals.get(variable.name, Constant(float(variable.start or 0.0)))
-            signals[variable.name] = live[member.name, variable.name] = _LiveInput(signal)
-        members.append(replace(member, signals=signals))
-    return replace(scene, members=tuple(members))
-
-
-def _held(key: str, value: Any) -> Constant:
-    try:
-        number = float(value)
-    except (TypeError, ValueError):
-        number = np.nan
-    if not np.isfinite(number):
-        raise SceneError(f"{key} = {value!r}: give a finite number, as many as it has elements, or a signal")
-    return Constant(number)
 
 
 def _whole_names(vectors: Mapping[str, Sequence[str]], columns: Mapping[str, int]) -> list[str]:
