@@ -23,6 +23,7 @@ from .cosim.time_loop import drive
 from .cosim.topology import Connection
 from .errors import CosimError, FmuWarning, Interrupted, SceneError, SubsystemError
 from .fmi.archive import Variable
+from .fmi.block_steps import BlockSteps
 from .fmi.isolated import IsolatedInstance
 from .fmi.log import Warned
 from .fmi.model_exchange import ModelExchangeInstance
@@ -60,6 +61,7 @@ class OpenSimulation:
     scene: Scene
     slaves: tuple[Instance, ...]
     master: Master
+    blocks: BlockSteps | None = None  # takes steps in C++ where it can
 
     def steps(
         self, progress: Callable[[float], None] = lambda time: None, marks: Iterable[float] = ()
@@ -67,7 +69,7 @@ class OpenSimulation:
         """Run to the stop time and yield the log of every macro step. marks: times [s] at which steps end."""
         breaks = [t for m in self.scene.members for signal in m.signals.values() for t in signal.breaks]
         span = (self.scene.start_time, self.scene.stop_time)
-        return drive(self.master, control_of(self.scene.coupling), *span, breaks, progress, marks)
+        return drive(self.master, control_of(self.scene.coupling), *span, breaks, progress, marks, self.blocks)
 
     def collect(self, first: Any, logs: Sequence[StepLog], status: str) -> ResultTable:
         """Return the result of the steps taken.
@@ -135,7 +137,8 @@ def open_simulation(
         components = assemble(tuple(systems.values()), connections, signals, scene.coupling)
         master = Master(components, scene.coupling, lambda: observe(systems))
         master.initialise(scene.start_time)
-        yield OpenSimulation(scene, slaves, master)
+        fixed = scene.coupling.control == "fixed" and observe is _records
+        yield OpenSimulation(scene, slaves, master, BlockSteps.of(master, systems) if fixed else None)
 
 
 def run(scene: Scene, progress: Callable[[float], None] = lambda time: None) -> xr.Dataset:

@@ -197,7 +197,8 @@ void Member::receive(const TcaLink& link, const Member& source, double time) {
     default: {  // Hermite's cubic
       c[1] = slope;
       // Powers as Python takes them, products fused as the library does that multiplies these matrices for numpy.
-      const double square = std::pow(h, 2.0), cube = std::pow(h, 3.0);
+      const volatile double two = 2.0;  // compilers take h * h for pow(h, 2.0)
+      const double square = std::pow(h, two), cube = std::pow(h, 3.0);
       c[2] = std::fma(-2.0 / h, last, std::fma(6.0 / square, rise, -4.0 / h * slope));
       c[3] = std::fma(6.0 / square, last, std::fma(-12.0 / cube, rise, 6.0 / square * slope));
     }

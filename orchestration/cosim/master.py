@@ -273,6 +273,16 @@ class Master:
             node.subsystem.free(handle)
         checkpoint.handles.clear()
 
+    def start_handle(self, node: Node) -> Any:
+        """Return the handle that the start of the next step is saved in, for those who take steps in its place."""
+        if node not in self._start.handles:
+            self._start.handles[node] = node.save()
+        return self._start.handles[node]
+
+    def history(self, component: WiredComponent) -> IterationHistory:
+        """Return what was learned of a component's loop."""
+        return self._histories[component]
+
     def _forget_loops(self) -> None:
         self._histories = {component: IterationHistory(component.interface.size) for component in self.components}
 

@@ -143,13 +143,15 @@ class Node:
         for link in self.delayed:
             self.inputs[:, link.targets] = 0.0
             self.inputs[0, link.targets] = link.source.samples[-1].values[link.columns]
-        for column, signal in self.varying:
-            c = signal.polynomial(time, length)
-            if self.subsystem.inputs[column].discrete:
-                c = (c[0], 0.0, 0.0, 0.0)
-            elif self.degree < signal.degree:
-                c = reduce_degree(c, length, self.degree)
-            self.inputs[:, column] = c
+        for driven in self.varying:
+            self.inputs[:, driven.column] = self.driven_polynomial(driven, time, length)
+
+    def driven_polynomial(self, driven: DrivenInput, time: float, length: float) -> tuple[float, float, float, float]:
+        """Return the polynomial of an input over a step from `time` of `length` [s], as the subsystem takes it."""
+        c = driven.signal.polynomial(time, length)
+        if self.subsystem.inputs[driven.column].discrete:
+            return (c[0], 0.0, 0.0, 0.0)
+        return reduce_degree(c, length, self.degree) if self.degree < driven.signal.degree else c
 
     def receive(self, links: list[Link], time: float) -> None:
         """Set inputs whose sources have done the step from `time` [s] already."""

@@ -3,17 +3,31 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from itertools import islice
+from typing import Protocol
 
-from .communication_points import TIME_RTOL, segments
+from .communication_points import TIME_RTOL, Segment, segments
 from .master import Master, StepLog
 from .node import MacroStep
 from .step_control import Control
 from .step_error import StepError, give_up
 
-__all__ = ["drive"]
+__all__ = ["BlockStepper", "drive"]
 
 RETRY_RATIO = 0.9  # largest ratio of a retried step to the failed one; closer to 1 it would fail again, without end
+
+
+class BlockStepper(Protocol):
+    """Takes many macro steps at once, as the master would one by one."""
+
+    @property
+    def size(self) -> int:
+        """Number of steps to ask for now; 0 where the master has to take the next one."""
+
+    def take(self, steps: Sequence[MacroStep]) -> list[StepLog]:
+        """Take steps from the first on, as many as succeed at once; the master is as if it had taken them."""
 
 
 def drive(
@@ -24,6 +38,7 @@ def drive(
     breaks: Iterable[float] = (),
     progress: Callable[[float], None] = lambda time: None,
     marks: Iterable[float] = (),
+    blocks: BlockStepper | None = None,
 ) -> Iterator[StepLog]:
     """Yield the log of every accepted macro step; what was yielded stays valid after an error.
 
@@ -41,6 +56,8 @@ def drive(
         Receives the time [s] after every step.
     marks : iterable of float
         Times [s] at which steps end, without an event.
+    blocks : BlockStepper or None
+        Takes steps of one length in the master's place where it can. Only with a control that does not adapt them.
 
     Raises
     ------
@@ -50,7 +67,18 @@ def drive(
     time, wish, cap = start, control.step, math.inf
     termination: float | None = None  # when an FMU that refused a step wants to end [s]
     least = control.step * 0.5**master.settings.halvings
-    for segment in segments(start, stop, control.step if control.equidistant else None, breaks, marks):
+    ahead = _Lookahead(segments(start, stop, control.step if control.equidistant else None, breaks, marks))
+    for segment in ahead:
+        if blocks is not None and min(wish, cap) >= control.step and (size := blocks.size):
+            coming = ahead.until_event(segment, size)
+            logs = blocks.take(_steps(time, coming))
+            for log in logs:
+                yield log
+                time = log.time
+                progress(time)
+            ahead.put_back(coming[max(len(logs), 1) :])
+            if logs:
+                segment = coming[len(logs) - 1]
         remaining = segment.length
         while time < segment.end:
             parts = max(1, math.ceil(remaining / min(wish, cap) - TIME_RTOL))
@@ -90,6 +118,41 @@ def drive(
             f"the last step is {segment.length:.6g} s: steps of {control.step:.6g} s do not end at the stop time "
             f"{stop:.6g} s"
         )
+
+
+class _Lookahead:
+    """Segments, of which the next ones can be seen before it is their turn."""
+
+    def __init__(self, source: Iterator[Segment]) -> None:
+        self._source, self._seen = source, deque[Segment]()
+
+    def __iter__(self) -> _Lookahead:
+        return self
+
+    def __next__(self) -> Segment:
+        return self._seen.popleft() if self._seen else next(self._source)
+
+    def until_event(self, first: Segment, size: int) -> list[Segment]:
+        """Take segments from `first` on, at most `size`, of which none but the last ends with an event."""
+        taken = [first]
+        for segment in islice(self, size - 1 if not first.event else 0):
+            taken.append(segment)
+            if segment.event:
+                break
+        return taken
+
+    def put_back(self, segments: Sequence[Segment]) -> None:
+        """Let segments that were taken come again."""
+        self._seen.extendleft(reversed(segments))
+
+
+def _steps(time: float, coming: Iterable[Segment]) -> list[MacroStep]:
+    """Return one macro step for each segment, the first of which begins at `time` [s]."""
+    steps = []
+    for segment in coming:
+        steps.append(MacroStep(time, segment.length, segment.end))
+        time = segment.end
+    return steps
 
 
 def _shorter(step: MacroStep, reached: float | None, least: float) -> float:

@@ -5,16 +5,11 @@ from __future__ import annotations
 import ctypes
 from ctypes import POINTER, c_char_p, c_double, c_int, c_size_t, c_ubyte, c_uint, c_void_p
 from functools import lru_cache
-from pathlib import Path
 from typing import Any
 
-from ..errors import CosimError
-from ..fmi.archive import shipped_folders
-from ..fmi.fmi2 import LIBRARY_ENDING
+from ..fmi.engine_library import load_engine
 
 __all__ = ["Link", "Member", "Plan", "Times", "Values", "library"]
-
-NAME = f"tca_engine{LIBRARY_ENDING}"
 
 
 class Link(ctypes.Structure):
@@ -76,25 +71,8 @@ class Times(ctypes.Structure):
 
 @lru_cache(maxsize=1)
 def library() -> Any:
-    """Load the engine.
-
-    Raises
-    ------
-    CosimError
-        It is not there, or not for this machine.
-    """
-    path = next((folder / NAME for folder in shipped_folders() if (folder / NAME).is_file()), None)
-    if path is None:
-        raise CosimError(
-            f"the engine {NAME} is not installed in {', '.join(map(str, shipped_folders()))}; run `make fmus`, or "
-            "install the package again"
-        )
-    try:
-        loaded = ctypes.CDLL(str(Path(path).resolve()))
-    except OSError as error:
-        raise CosimError(
-            f"{path} cannot be loaded here: {error}; build it for this machine with `make fmus`"
-        ) from error
+    """Load the engine and declare the types of its functions. Raises CosimError as load_engine()."""
+    loaded = load_engine()
     array = POINTER(c_double)
     batch = (POINTER(Plan), c_size_t, c_size_t, array, array, array, c_size_t, c_char_p, c_size_t)
     paced = (POINTER(Plan), array, array, array, POINTER(Times), c_char_p, c_size_t)

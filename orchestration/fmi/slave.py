@@ -8,13 +8,15 @@ from __future__ import annotations
 import ctypes
 import math
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
 from ..errors import SubsystemError, TerminationRequest
-from . import fmi2
+from . import block_interface, fmi2
 from .description import Interface
 from .instance import Instance, Value
+from .log import Log
 
 __all__ = ["Slave"]
 
@@ -123,6 +125,50 @@ class Slave(Instance):
     def reusable(self) -> bool:
         """Whether reset() makes it what a new instance is: FMUs of this project are tested to do so."""
         return self._archive.reentrant and self._loaded and self._begun and not self._dead
+
+    @property
+    def runs_in_blocks(self) -> bool:
+        """Whether macro steps may be taken in C++ (block_steps.py): all variables are continuous and Real."""
+        simple = self._all_continuous and self._rate_columns.size == self._wired.size and self._recorded.real_only
+        return self.reusable and simple and self.can_rollback and self._length is None
+
+    def is_ready_for_blocks(self) -> bool:
+        """Return whether nothing besides the master holds a state, watches calls or ended the simulation."""
+        return len(self._states) <= 1 and self._overwrites and not self._ended and type(self.library) is ctypes.CDLL
+
+    def block_references(self) -> tuple[Any, Any, Any]:
+        """Return the value references of inputs, outputs and recorded variables, as C arrays."""
+        return self._driven.references, self._wired.references, self._recorded.references
+
+    def lend(self, structure: block_interface.Node, sent: np.ndarray) -> None:
+        """Write which inputs (4, n_u) the FMU has."""
+        structure.has_sent = self._held is not None
+        if self._held is not None:
+            sent[:] = np.frombuffer(self._held).reshape(sent.shape)
+        structure.degree, structure.accepted_degree = self._degree, self._accepted
+
+    def take_back(
+        self,
+        structure: block_interface.Node,
+        sent: np.ndarray,
+        handle: ctypes.c_void_p,
+        done: int,
+        end: float,
+        failed: bool,
+    ) -> None:
+        """Continue after `done` steps, the last to `end` [s], that were taken in C++; `handle` holds the last start."""
+        self._held = sent.tobytes() if structure.has_sent else None
+        self._degree = structure.degree
+        self._steps += done
+        self._states = {handle.value: self._steps if failed or not done else self._steps - 1}
+        self._oldest = min(self._states.values())
+        if done:
+            self._log.time = end
+
+    @property
+    def log(self) -> Log:
+        """Messages of the FMU."""
+        return self._log
 
     def rest(self) -> None:
         """Stop to receive messages, until reset() begins another run."""

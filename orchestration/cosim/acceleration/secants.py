@@ -24,12 +24,14 @@ class Secants:
     ----------
     columns : list of ndarray, shape (2n,)
         dr followed by dx, newest first, each with |dr| = 1.
+    combined : ndarray, shape (k, 2n)
+        Combinations of the k columns whose dr are orthonormal.
     """
 
     def __init__(self, n: int) -> None:
         self.size = n
         self.columns: list[np.ndarray] = []
-        self._combined = np.zeros((0, 2 * n))  # rows: combinations of the columns whose dr are orthonormal
+        self.combined = np.zeros((0, 2 * n))
         self._identity = np.eye(n)
 
     def add(self, dx: np.ndarray, dr: np.ndarray) -> None:
@@ -50,12 +52,12 @@ class Secants:
                 kept.append(column)
                 if len(kept) == n:
                     break
-        self.columns, self._combined = kept, combined[: len(kept)]
+        self.columns, self.combined = kept, combined[: len(kept)]
 
     def split(self, r: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the secant step (n,) for a residual, and the part (n,) of the residual that no column covers."""
         n = self.size
-        known = self._combined[:, :n].dot(r).dot(self._combined)
+        known = self.combined[:, :n].dot(r).dot(self.combined)
         return -known[n:], r - known[:n]
 
     def error(self, r: np.ndarray) -> np.ndarray:
@@ -66,10 +68,15 @@ class Secants:
     @property
     def inverse(self) -> np.ndarray | None:
         """Estimate of (I - S)^-1 (n, n), S = dG/dx; None without a column."""
-        if not self.columns:
+        return self.inverse_of(self.combined)
+
+    def inverse_of(self, combined: np.ndarray) -> np.ndarray | None:
+        """Return what `inverse` is for these combinations (k, 2n)."""
+        if not len(combined):
             return None
-        basis, steps = self._combined[:, : self.size], self._combined[:, self.size :]
-        return self._identity - (steps + basis).T @ basis
+        basis, steps = combined[:, : self.size], combined[:, self.size :]
+        inverse: np.ndarray = self._identity - (steps + basis).T @ basis
+        return inverse
 
     @property
     def gain(self) -> float:

@@ -1,0 +1,38 @@
+// The algebraic loop of one component over a macro step, solved as cosim/algebraic_loop.py does by quasi-Newton (IQN).
+#pragma once
+
+#include <vector>
+
+#include "engine/secants.hpp"
+#include "engine/subsystem.hpp"
+
+namespace engine {
+
+struct LoopResult {
+  bool good = false;
+  double sweeps = 0.0, residual = 0.0, error = 0.0;
+};
+
+class Loop {
+ public:
+  Loop(const TcaBlock& block, TcaComponent& component, std::vector<Subsystem>& nodes);
+
+  LoopResult solve(double time, double length, double end);
+  Secants& secants() { return secants_; }
+
+ private:
+  void pack(const double* (*sample)(Subsystem&), double* x);
+  bool sweep(const std::vector<double>& x, double time, double length, double end);
+  void update();
+
+  const TcaBlock& block_;
+  TcaComponent& component_;
+  std::vector<Subsystem>& nodes_;
+  Secants secants_;
+  std::size_t n_;
+  std::vector<double> start_, x_, swept_, r_, r_before_, x_before_, scaled_, secant_, rest_, difference_;
+  std::vector<std::vector<double>> guesses_;  // samples of all nodes with the guess in them
+  std::vector<const double*> guess_;
+};
+
+}  // namespace engine
