@@ -185,10 +185,6 @@ class ComponentMemory:
         secants.columns = list(self._columns[:kept].copy())
         secants.combined = self._combined.copy()[:kept]
 
-    def inverse(self, master: Master, combined: np.ndarray) -> np.ndarray | None:
-        """Return the estimate of (I - S)^-1 that follows from combinations (k, 2n)."""
-        return master.history(self.component).secants.inverse_of(combined)
-
 
 def _numbers(columns: Columns) -> Iterable[int]:
     return range(columns.start, columns.stop) if isinstance(columns, slice) else columns.tolist()

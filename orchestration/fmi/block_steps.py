@@ -105,7 +105,7 @@ class BlockSteps:
         master.seconds += call.seconds
         master.recording_seconds += call.recording_seconds
         self._plan_next(count, done, failed, call.seconds)
-        inverses = self._inverses(combined[:done], kept.tolist())
+        inverses = self._inverses(combined[:done], kept[:done])
         return [
             StepLog(step.end, step.length, int(sweeps), residual, error, inverse, self._record(row))
             for step, (sweeps, residual, error), inverse, row in zip(
@@ -155,17 +155,14 @@ class BlockSteps:
             if done == asked and seconds < 0.5 * LIMIT:
                 self._size = min(2 * self._size, MAX_SIZE)
 
-    def _inverses(self, combined: np.ndarray, kept: Sequence[int]) -> list[np.ndarray | None]:
-        """Return what the logs tell of the last loop; steps that learned nothing share the array."""
-        inverses: list[np.ndarray | None] = []
-        for k, matrix in enumerate(combined):
-            if self._last_loop is None:
-                inverses.append(None)
-            elif k and kept[k] == kept[k - 1] and np.array_equal(matrix, combined[k - 1]):
-                inverses.append(inverses[-1])
-            else:
-                inverses.append(self._last_loop.inverse(self._master, matrix[: kept[k]]))
-        return inverses
+    def _inverses(self, combined: np.ndarray, kept: np.ndarray) -> Sequence[np.ndarray | None]:
+        """Return what the logs tell of the last loop, from its secants (steps, n, 2n) after each step."""
+        if self._last_loop is None:
+            return [None] * len(combined)
+        inverse_of = self._master.history(self._last_loop.component).secants.inverse_of
+        if (kept == self._last_loop.size).all():
+            return list(inverse_of(combined))
+        return [inverse_of(matrix[:count]) if count else None for matrix, count in zip(combined, kept, strict=True)]
 
     def _record(self, row: np.ndarray) -> dict[str, np.ndarray]:
         return {name: self._frozen[name] if name in self._frozen else row[self._columns[name]] for name in self._names}

@@ -68,14 +68,12 @@ class Secants:
     @property
     def inverse(self) -> np.ndarray | None:
         """Estimate of (I - S)^-1 (n, n), S = dG/dx; None without a column."""
-        return self.inverse_of(self.combined)
+        return self.inverse_of(self.combined) if self.columns else None
 
-    def inverse_of(self, combined: np.ndarray) -> np.ndarray | None:
-        """Return what `inverse` is for these combinations (k, 2n)."""
-        if not len(combined):
-            return None
-        basis, steps = combined[:, : self.size], combined[:, self.size :]
-        inverse: np.ndarray = self._identity - (steps + basis).T @ basis
+    def inverse_of(self, combined: np.ndarray) -> np.ndarray:
+        """Return what `inverse` (..., n, n) is for these combinations (..., k, 2n)."""
+        basis, steps = combined[..., : self.size], combined[..., self.size :]
+        inverse: np.ndarray = self._identity - np.swapaxes(steps + basis, -1, -2) @ basis
         return inverse
 
     @property
