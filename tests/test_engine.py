@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import tca_cosim as tca
-from tca_cosim.engine import binding, plan
+from tca_cosim.engine import plan
+from tca_cosim.fmi import engine_library
 
 LOOSE = ["rod.closure=inside", "rod.order=0", "coupling.macro_step=1 s", "thermal.tolerance=1e-3", "rod.tolerance=1e-3"]
 OUTPUTS = ["rod.tip.p", "thermal.T", "thermal.V", "rod.energy.tca"]
@@ -103,9 +104,9 @@ def test_mistakes_are_named(name: str, overrides: list[str], arguments: dict, sa
 
 
 def test_an_engine_that_is_not_there_is_named(monkeypatch: pytest.MonkeyPatch, tmp_path: object) -> None:
-    monkeypatch.setattr(binding, "shipped_folders", lambda: [tmp_path])
+    monkeypatch.setattr(engine_library, "shipped_folders", lambda: [tmp_path])
     with pytest.raises(tca.CosimError, match="make fmus"):
-        binding.library.__wrapped__()
+        engine_library.load_engine.__wrapped__()
 
 
 def test_a_plan_keeps_what_its_structure_points_to() -> None:
