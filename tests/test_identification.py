@@ -11,6 +11,7 @@ import pytest
 import tca_cosim as tca
 import tca_cosim.cli
 import xarray as xr
+from tca_cosim.fmi.derivatives import jacobian
 from tca_cosim.identification import (
     Measurements,
     bootstrap,
@@ -20,6 +21,7 @@ from tca_cosim.identification import (
     read_measurements,
 )
 from tca_cosim.identification.fit import Fit
+from tca_cosim.identification.predictions import Predictor
 from tca_cosim.parallel import spread
 from tca_cosim.scene import Scene
 from tca_cosim.verification.paper import data as paper
@@ -183,6 +185,24 @@ def test_what_lengths_alone_do_not_tell_of_the_stop_is_named() -> None:
     stop = ("rod.tca.stop", "rod.tca.stop_stiffness", "rod.tca.stop_width")
     assert estimate.undetermined == (stop,)
     assert estimate.residuals["rod.tip.p"] < 0.6e-3
+
+
+def test_differences_are_the_derivatives_that_the_rod_gives() -> None:
+    """In equilibria, where derivatives at an instant by tunable parameters are those of the whole run."""
+    scene = tca.read(DATA / "hanging_tca.toml", {**MEASURED_LAW, "rod.tca.stop_width": 6e-3})
+    data = read_measurements(scene, DATA / "hanging_tca_lengths.csv")
+    names = [name for name in MEASURED_LAW if name.startswith("rod.tca")]
+    fit = Fit([Predictor(scene, data)], read_free(scene, names), {"rod.tip.p": 1.0}, ())
+    differences = -fit.jacobian(fit.start()) / fit.scales
+    variables, rows = scene.member("rod").archive.variables, []
+    with tca.Simulation(scene) as sim:
+        for time in data.times[:20]:
+            if time > 0.0:
+                sim.step(time)
+            known = [variables[f"{name.removeprefix('rod.')}[1]"] for name in names]
+            rows.append(jacobian(sim.instance("rod"), [variables["tip.p[3]"]], known)[0])
+    size = np.abs(differences).max(axis=0)
+    assert (np.abs(differences[:20] - rows) / size).max() < 1e-5
 
 
 class Decay:

@@ -21,7 +21,7 @@ from .observer import HeatObserver
 __all__ = ["PredictiveController"]
 
 REFERENCE_FILTER = 0.3  # share of a new difference between measured and predicted outputs that is taken over
-MARGIN = 0.5  # [K] kept from the limit of the mean temperatures: what noise makes of it in an update
+MARGIN = 0.5  # [K] kept from the limits of temperature: what noise makes of it in an update
 
 
 class PredictiveController:
@@ -35,7 +35,7 @@ class PredictiveController:
     path : callable
         Wanted outputs (k, p) at times (k,) [s].
     limits : PlanLimits
-        Of voltages and mean temperatures.
+        Of voltages, mean temperatures and hottest points.
     step : float
         Time between updates [s].
     horizon : float
@@ -71,6 +71,7 @@ class PredictiveController:
         differences = np.diff(np.eye(knots), axis=0)
         self._S = SMOOTHING * np.kron(differences.T @ differences, np.eye(N))
         self._largest = limits.voltage**2 / np.array(heat.parameters.resistance)
+        self._rise = np.tile(heat.local_rise(), knots)
         self._share = np.full(self.shape, 0.01)
         self._difference: np.ndarray | None = None
 
@@ -104,12 +105,25 @@ class PredictiveController:
         size = knots * N
         M = np.einsum("kpn,knm->kpm", tangents[:, :p], Phi.reshape(knots, N, size)).reshape(-1, size) / self.scale
         H, g = M.T @ M + self._S, M.T @ error + self._S @ share.ravel()
-        room = np.maximum(self.limits.temperature - MARGIN - T.ravel(), -Phi.sum(axis=1) * share.mean())
-        step = solve_quadratic_program(H, g, share.ravel(), [Phi], [room])
-        if step is None:  # hotter than the limit allows: cool
+        rows, bounds = self._temperature_rows(Phi, np.tile(scale, knots), share.ravel(), T.ravel())
+        step = solve_quadratic_program(H, g, share.ravel(), rows, bounds)
+        if step is None:  # the solver gave up: cool
             step = -share.ravel()
         self._share = np.clip(share + step.reshape(self.shape), 0.0, 1.0)
         powers = self._share[0] * self._largest
         voltages = np.minimum(np.sqrt(powers * self.observer.resistances()), self.limits.voltage)
         self.observer.predict(voltages)
         return voltages
+
+    def _temperature_rows(
+        self, Phi: np.ndarray, scale: np.ndarray, share: np.ndarray, T: np.ndarray
+    ) -> tuple[list[np.ndarray], list[np.ndarray]]:
+        """Return rows and bounds of the step for mean temperatures and hottest points at the knots.
+
+        Bounds are never below what no power at all reaches, so that there is always a step.
+        """
+        hot = Phi + np.diag(self._rise * scale)
+        cases = [(hot, self.limits.hottest - T - self._rise * scale * share)]
+        if self.limits.temperature < self.limits.hottest:  # else kept by the hottest points
+            cases.append((Phi, self.limits.temperature - T))
+        return [rows for rows, _ in cases], [np.maximum(room - MARGIN, -rows @ share) for rows, room in cases]
