@@ -114,6 +114,19 @@ def test_tangents_that_are_not_those_of_a_step_give_way_to_differences() -> None
     assert loop.count == 2
 
 
+@pytest.mark.parametrize("contraction", [0.3, 0.5])
+def test_tangents_that_halve_the_residual_are_kept(contraction: float) -> None:
+    """Residual -x, Jacobian given too steep: each Newton step leaves a share of the residual, from 16 downwards."""
+    history, method = IterationHistory(1), create("tangent")
+    history.start_step(lambda: np.array([[-1.0 / (1.0 - contraction)]]))
+    x = np.array([16.0])
+    for _ in range(6):
+        history.x.append(x)
+        history.r.append(-x)
+        x = x + method.update(history)
+    assert x == pytest.approx(16.0 * contraction**6, rel=1e-12)
+
+
 @pytest.mark.parametrize("method", [name for name in METHODS if name != "plain"])
 def test_scalar_loop_has_the_answer_b_over_1_plus_g(method: str) -> None:
     outcome = run(Loop([4.0]), create(method) if method != "relaxed" else create("relaxed", 0.3))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass, field
 
 import pytest
 from linear_systems import Wrapped, driven, integrator
@@ -146,3 +147,35 @@ def test_a_hopeless_iteration_names_time_residuals_gain_and_remedy() -> None:
     assert error.residuals[-1] > 1e3 * error.residuals[0] > 0.0
     assert "3.2" in str(error)
     assert "iqn" in error.remedy
+
+
+@dataclass(frozen=True)
+class Recorder(Embedded):
+    """Keeps its step length, and records each estimate with the order that is expected of it."""
+
+    records: list[tuple[float, float]] = field(default_factory=list)
+
+    def next_length(self, length: float, error: float, order: float, growth: float) -> float:
+        self.records.append((error, order))
+        return length
+
+
+@pytest.mark.parametrize("waveform", ["held", "linear", "quadratic", "hermite"])
+def test_embedded_control_expects_the_order_of_its_estimate(waveform: str) -> None:
+    """Halving the step divides the estimate at one time by 2 to the power that the next length is computed with."""
+    errors, orders = [], set()
+    for step in (0.02, 0.01):
+        oscillator = linear("oscillator", [[0, 1], [-1, 0]], [], [1, 0], [], [1, 0.3], "", "y")
+        sink = linear("sink", [0], [1], [], [], [0], "u", "")
+        control = Recorder(step, 1.0, least=step, most=step)
+        couple([oscillator, sink], wires("oscillator.y -> sink.u"), 1.0, control=control, waveform=waveform)
+        error, order = control.records[-1]
+        errors.append(error)
+        orders.add(order)
+    assert orders == {round(math.log2(errors[0] / errors[1]))}
+
+
+def test_without_a_loop_there_is_one_sweep_and_nothing_to_iterate() -> None:
+    chain = [linear("source", [-1], [], [1], [], [1], "", "T"), integrator()]
+    _, log = couple(chain, wires("source.T -> integrator.u"), 0.5, 0.1)
+    assert {(entry.sweeps, entry.residual, entry.error, entry.inverse) for entry in log} == {(1, 0.0, 0.0, None)}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -159,3 +160,23 @@ def test_statistics_count_what_was_done() -> None:
     parts = [*seconds["subsystems"].values(), seconds["recording"], seconds["master"]]
     assert sum(parts) == pytest.approx(master.seconds, abs=1e-5)
     assert min(parts) >= 0.0
+
+
+def test_discrete_inputs_hold_the_value_of_their_signal() -> None:
+    system = linear("a", [0], [1, 1], [1], [0, 0], [0], "u v", "y")
+    system.inputs = (replace(system.inputs[0], discrete=True), system.inputs[1])
+    sine = Sine(0.5, 2.0, 1.7, 0.3)
+    node = Node(system, (), ((0, sine), (1, sine)), np.full((4, 2), 7.0))
+    node.apply_signals(0.4, 0.1)
+    assert node.inputs[:, 0] == pytest.approx([sine.polynomial(0.4, 0.1)[0], 0.0, 0.0, 0.0], abs=0.0)
+    assert node.inputs[:, 1] == pytest.approx(sine.polynomial(0.4, 0.1), abs=0.0)
+
+
+def test_rates_are_guessed_where_they_are_unknowns_alone() -> None:
+    system = linear("a", [0], [], [1], [], [0], "", "y")
+    node = Node(system, (), (), np.zeros((4, 0)))
+    sample = Sample(0.0, np.array([3.0]), np.array([5.0]))
+    interface = InterfaceVector([TornOutputs(node, np.array([0]), np.array([1.0]))], [False])
+    guess = interface.unpack(np.array([4.0]), lambda _: sample, 0.1, 0.1)[node]
+    assert (guess.values.tolist(), guess.rates) == ([4.0], None)
+    assert interface.pack(lambda _: sample, 0.1).tolist() == [3.0]

@@ -18,6 +18,7 @@ from tca_cosim import scene as scenes
 from tca_cosim.cosim.signals import Constant, Impulse, Ramps, Sine, Steps
 from tca_cosim.fmi.archive import cached_archive
 from tca_cosim.studies import model_selection
+from tca_cosim.studies.model_selection import explanation
 from tca_cosim.studies.model_selection.dimensionless_numbers import (
     dimensionless_numbers,
     is_unheated,
@@ -30,7 +31,7 @@ from tca_cosim.studies.model_selection.measure import Quantity, Trajectory, rela
 from tca_cosim.studies.model_selection.proposal import propose_choice
 from tca_cosim.studies.model_selection.reference_level import reference_choice
 from tca_cosim.studies.model_selection.runs import ResumableRun, RunCache
-from tca_cosim.studies.model_selection.search import SHARE, coarsen, comparison_choice, refine
+from tca_cosim.studies.model_selection.search import SHARE, SearchResult, coarsen, comparison_choice, refine
 from tca_cosim.studies.model_selection.symmetry import symmetry_plane
 
 # -- dimensionless numbers ---------------------------------------------------------------------------------------------
@@ -263,6 +264,12 @@ def test_hierarchies_are_those_of_the_models_that_a_scene_has(tmp_path: Path) ->
     assert not [h.name for h in model_hierarchies(read(other)) if h.model is not None]
 
 
+def test_planar_models_come_before_spatial_ones_in_the_plane_of_symmetry() -> None:
+    (plane,) = (h for h in model_hierarchies(read("drop")) if h.name == "plane")
+    assert [level["planar"] for level in plane.levels] == [True, False]
+    assert len({level["plane"] for level in plane.levels}) == 1
+
+
 def test_what_no_run_can_tell_is_not_known() -> None:
     """A choice that is good enough stays one where a model that was not chosen cannot be run."""
     runs = Known(heat=1e-6, inertia=1e-6, order=5.0)
@@ -295,6 +302,32 @@ def test_what_errors_are_measured_against() -> None:
     assert reference_choice(runs, hierarchies, [low], 1e-5) == {"order": 7, "step": 8, "macro": 3}
     assert reference_choice(runs, hierarchies, [low, high], 1e-3) == {"order": 7, "step": 9, "macro": 3}
     assert reference_choice(runs, hierarchies, [low], 1e-9) == {"order": 7, "step": 9, "macro": 3}
+
+
+@pytest.mark.parametrize(("levels", "compared"), [(1, 0), (2, 0), (6, 3)])
+def test_time_steps_are_compared_with_a_coarser_heat(levels: int, compared: int) -> None:
+    """Two levels coarser than the finest, where there are as many; the reference itself has the finest."""
+    hierarchies = tuple(
+        ModelHierarchy(name, "", None, ({},) * count) for name, count in (("heat", levels), ("step", 10), ("macro", 8))
+    )
+    runs, heats = Known(step=1.0), set()
+
+    def difference(coarse: dict[str, int], fine: dict[str, int], stop: float) -> float:
+        heats.update((coarse["heat"], fine["heat"]))
+        return Known.difference(runs, coarse, fine, stop)
+
+    runs.difference = difference
+    found = reference_choice(runs, hierarchies, [{"heat": 0, "step": 2, "macro": 1}], 1e-3)
+    assert heats == {compared}
+    assert found["heat"] == levels - 1
+
+
+@pytest.mark.parametrize(("name", "arcs"), [("step", True), ("load", False)])
+def test_reasons_say_whether_equilibria_are_arcs(name: str, arcs: bool) -> None:
+    numbers = dimensionless_numbers(read(name))
+    said = explanation._order({"order": 0}, SearchResult({}, 0.0, {"order": 0.0}, {}), numbers)
+    assert ("equilibria are arcs exactly" in said) is arcs
+    assert ("gravity number" in said) is not arcs
 
 
 # -- runs --------------------------------------------------------------------------------------------------------------

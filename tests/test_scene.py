@@ -288,3 +288,8 @@ def test_shipped_folder_holds_scenes_and_sets() -> None:
     bodies = {"taper", "serial", "antagonist", "payload"}
     assert set(tca.titles()) == paper | failing | loaded | bodies | {"stiff", "long", "jump", "feedback"}
     assert scenes.Coupling().macro_step == 0.1
+
+
+@pytest.mark.parametrize(("length", "kept"), [(80, "x" * 80), (81, "x" * 80 + "...")])
+def test_records_have_long_overrides_by_their_beginning(length: int, kept: str) -> None:
+    assert tca.read("step", {"title": "x" * length}).overrides == (f"title={kept}",)
