@@ -3,6 +3,7 @@ co-simulation against it."""
 
 from __future__ import annotations
 
+import re
 from functools import partial
 from pathlib import Path
 
@@ -44,7 +45,18 @@ def rod_data(rho: float = 1040.0, shear: float = 1.0, retardation: float = 0.0, 
     k = 0.0 if bare else 1.0 / law.f1
     rest = np.array([0, 0, 0, 0, 0, 1.0])
     return RodData(
-        length, K, rest, gamma, retardation, np.full(3, 2.5e-3), np.array(SECTION.azimuth), np.zeros(3), k, law, 1, COLD
+        length,
+        K,
+        rest,
+        gamma,
+        retardation,
+        np.full(3, 2.5e-3),
+        np.array(SECTION.azimuth),
+        np.zeros(3),
+        np.full(3, k),
+        (law,) * 3,
+        np.ones(3),
+        COLD,
     )
 
 
@@ -132,7 +144,7 @@ def test_small_strains_are_those_of_the_closed_form() -> None:
     """Stretch e = k sum c/(EA + 3 k L), curvature k r |sum c_i e_i|/(EI + 1.5 k L r^2), c the free strokes."""
     data, rise = rod_data(), np.array([1e-3, 0.0, 0.0])
     found = equilibrium(data, loads(T=COLD + rise), np.array([0.01, 0.04]))
-    stroke, k = data.stroke(COLD + rise)[0], data.tca_stiffness
+    stroke, k = data.stroke(COLD + rise)[0], data.tca_stiffness[0]
     stretch = k * stroke / (2.96881 + 3 * k * 0.04)
     curvature = k * 2.5e-3 * stroke / (1.85550e-5 + 1.5 * k * 0.04 * 2.5e-3**2)
     assert found.xi[5, :, 0] - 1.0 == pytest.approx([stretch] * 2, rel=1e-4)
@@ -256,7 +268,36 @@ def test_output_times_can_be_chosen_and_the_result_is_written(tmp_path: Path) ->
         reference.compare(everywhere.drop_vars(list(everywhere.data_vars)), solved)
 
 
-@pytest.mark.parametrize("override", ["rod.tca.pitch=current"])
-def test_what_is_not_covered_is_refused(override: str) -> None:
-    with pytest.raises(tca.SceneError, match="not covered; allowed"):
-        reference.run(tca.read("step", [override]))
+@pytest.mark.parametrize(
+    ("override", "named"),
+    [
+        ("rod.tca.pitch=current", "tca.pitch"),
+        ("rod.tca.pitch[2]=current", "tca.pitch"),
+        ("rod.segment.radius[1,2]=3 mm", "a radius that changes"),
+        ("rod.tca.offset_end[1]=1 mm", "a distance of a TCA"),
+        ("rod.tca.contact=bonded", "tca.contact = 'bonded'"),
+        ("rod.tca.ends=tethered", "tca.ends = 'tethered'"),
+        ("rod.tip_body.mass=2 g", "a body at the tip"),
+    ],
+)
+def test_what_is_not_covered_is_refused(override: str, named: str) -> None:
+    fitting = ["tca.offset=2 mm", "thermal.body.radius=4 mm"] if "radius" in override else []
+    scene = tca.read("step", [*fitting, override])
+    with pytest.raises(tca.SceneError, match=re.escape(named)):
+        reference.run(scene)
+
+
+def test_each_tca_has_its_own_law() -> None:
+    """The shooting method and the FMU see the same TCAs, also where these differ from each other."""
+    differing = {
+        "rod.tca.chirality[1]": -1,
+        "rod.tca.law[2]": "measured",
+        "rod.tca.stroke[2]": 3e-4,
+        "rod.tca.stiffness[2]": 30.0,
+        "rod.tca.coils[3]": 30.0,
+        "tca.offset": [2.5e-3, 2e-3, 2.5e-3],
+    }
+    scene = tca.read("step", {"stop_time": 1.0, "coupling.macro_step": 0.5, **differing})
+    found = {gap.name: gap for gap in reference.compare(tca.run(scene), reference.run(scene))}
+    assert found["rod.tip.p"].most < BOUNDS["rod.tip.p"]
+    assert found["rod.N"].span > 1e-4

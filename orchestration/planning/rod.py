@@ -50,11 +50,8 @@ class StaticRod:
         temperatures = list(archive.vectors[TEMPERATURE])
         self._signals = [s for name, s in member.signals.items() if name not in temperatures]
         loads = [name for name in member.signals if name not in temperatures]
-        parameters = dict(member.parameters) | {
-            "dynamic": False,
-            "closure": CLOSURE_INSIDE,
-            "start_at_equilibrium": True,
-        }
+        fixed = {"dynamic": False, "closure": CLOSURE_INSIDE, "start_at_equilibrium": True}
+        parameters = member.with_values(fixed).parameters
         self._slave = Slave(archive, member.name, parameters, [*temperatures, *loads], list(outputs))
         self._stack.enter_context(contextlib.closing(self._slave))
         self._count = len(temperatures)

@@ -5,6 +5,7 @@ parameter; in connected thermal and rod FMUs the shared parameters must agree, h
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
@@ -12,13 +13,15 @@ from typing import Any
 from ..cosim.topology import Connection
 from ..errors import SceneError
 from ..fmi.archive import Archive, similar
-from .manipulator import ROD, SHARED_PARAMETERS, STIFFNESS, THERMAL, RodParameters
+from .body import RodParameters
+from .manipulator import ROD, SHARED_PARAMETERS, STIFFNESS, THERMAL, Geometry
 from .member import Member, settable
 from .validation import Layer, flat
 
 __all__ = ["SHARED_TABLES", "check_profile", "check_shared", "distribute"]
 
 SHARED_TABLES = ("body", "tca")
+_ELEMENT = re.compile(r"(?:T|delta)\[(\d+)\]")  # what thermal FMU and rod exchange about one TCA
 _SAME = 1e-12  # relative difference of values that are the same, given in different units
 
 
@@ -66,10 +69,13 @@ def _table(layer: Layer, table: str) -> Iterator[tuple[str, Any]]:
 def check_shared(members: Sequence[Member], connections: Sequence[Connection]) -> None:
     """Raise SceneError where a thermal and a rod FMU that are connected have different shared parameters."""
     models = {member.name: member for member in members if member.archive.description.model_name in (THERMAL, ROD)}
-    pairs = {tuple(sorted((c.source[0], c.target[0]))) for c in connections if c.source[0] != c.target[0]}
+    pairs: dict[tuple[str, ...], list[Connection]] = {}
+    for c in connections:
+        if c.source[0] != c.target[0]:
+            pairs.setdefault(tuple(sorted((c.source[0], c.target[0]))), []).append(c)
     for a, b in sorted(pairs):
         if {a, b} <= models.keys():
-            _agree(models[a], models[b])
+            _agree(models[a], models[b], pairs[a, b])
 
 
 def check_profile(members: Sequence[Member]) -> None:
@@ -86,19 +92,21 @@ def check_profile(members: Sequence[Member]) -> None:
             )
 
 
-def _is_own_of_sections(parameter: str, a: Member, b: Member) -> bool:
-    """Whether the parameter of one section of the body says nothing about the other: a section of a serial body, or the
-    radius where the body tapers."""
-    if any("segment.length[2]" in member.archive.variables for member in (a, b)):
-        return True
-    tapers = any(name.startswith("segment.radius") for member in (a, b) for name in member.parameters)
-    return tapers and parameter == "body.radius"
+def _agree(a: Member, b: Member, wires: Sequence[Connection]) -> None:
+    rod = next((member for member in (a, b) if member.archive.description.model_name == ROD), None)
+    heat = b if rod is a else a
+    if rod is None or heat.archive.description.model_name != THERMAL:
+        return
+    body = RodParameters.of(rod)
+    if len(body.segments) == 1 and not body.segments[0].is_tapered:
+        _same_parameters(a, b)
+    else:
+        for wire in wires:
+            _fits_in(heat, rod, body, wire)
 
 
-def _agree(a: Member, b: Member) -> None:
+def _same_parameters(a: Member, b: Member) -> None:
     for parameter in SHARED_PARAMETERS:
-        if _is_own_of_sections(parameter, a, b):
-            continue
         for name in {**dict.fromkeys(x for m in (a, b) for x in m.archive.vectors.get(parameter, ()))} or (parameter,):
             one, other = (m.value(name if name in m.archive.variables else parameter) for m in (a, b))
             if not isinstance(one, float) or not isinstance(other, float):
@@ -110,6 +118,40 @@ def _agree(a: Member, b: Member) -> None:
                     f"describe one manipulator; set {name} once for both, in the table [{name.partition('.')[0]}] or "
                     f"as --set {_quoted(name)}='{one:g} {unit}'"
                 )
+
+
+def _fits_in(heat: Member, rod: Member, body: RodParameters, wire: Connection) -> None:
+    """Compare the section of a thermal FMU with the part of the body along which a TCA lies that gets its temperature.
+
+    Radius and distances must occur there. The length must be that of the part, or where the TCA takes the mean of
+    several sections no longer than it; the azimuth that of a TCA that is not wound about the axis."""
+    own, theirs = (wire.source, wire.target) if wire.source[0] == heat.name else (wire.target, wire.source)
+    indices = [_ELEMENT.fullmatch(name) for _, name in (own, theirs)]
+    if None in indices:
+        return
+    k, i = (int(index[1]) - 1 for index in indices if index)
+    section, tca = Geometry.of(heat), body.tcas[i]
+    part = body.segments[tca.first_segment - 1 : tca.last_segment]
+    radii = [radius for segment in part for radius in (segment.radius, segment.radius_end)]
+    start, end = body.span(i)
+    offsets = (tca.offset, tca.offset_end)
+    checks: list[tuple[str, float, float, float]] = [
+        ("body.radius", section.radius, min(radii), max(radii)),
+        ("body.length", section.length, end - start if wire.terms == 1 else 0.0, end - start),
+        (f"tca.offset[{k + 1}]", section.offset[k], min(offsets), max(offsets)),
+    ]
+    if tca.helix == 0.0:
+        checks.append((f"tca.azimuth[{k + 1}]", section.azimuth[k], tca.azimuth, tca.azimuth))
+    for name, value, least, most in checks:
+        margin = _SAME * max(abs(least), abs(most))
+        if least - margin <= value <= most + margin:
+            continue
+        unit = heat.archive.variables[name if name in heat.archive.variables else name.partition("[")[0]].unit
+        allowed = f"{least:g} {unit}" if least == most else f"{least:g} to {most:g} {unit}"
+        raise SceneError(
+            f"{heat.name}.{name} = {value:g} {unit}, but TCA {i + 1} of {rod.name}, which takes its temperature, lies "
+            f"in a part of the body with {allowed}; set {heat.name}.{name} to that, or change the body"
+        )
 
 
 def _quoted(name: str) -> str:

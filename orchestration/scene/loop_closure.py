@@ -21,7 +21,7 @@ def closed_inside(scene: Scene) -> Scene:
             if c.source[0] == c.target[0] == member.name and is_element_of(c.target[1], DISPLACEMENT_GUESS)
         ]
         if member.value("closure") == CLOSURE_EXCHANGED and loop:
-            member = replace(member, parameters={**member.parameters, "closure": CLOSURE_INSIDE})
+            member = member.with_values({"closure": CLOSURE_INSIDE})
             connections = [c for c in connections if c not in loop]
         members.append(member)
     return replace(scene, members=tuple(members), connections=tuple(connections))

@@ -1,7 +1,7 @@
 """Names of the variables and parameters of thermal.fmu and rod.fmu: all that the package knows of its two own FMUs.
 
 Everything else handles FMUs of any origin. Whoever needs a physical quantity of the manipulator reads it from
-ThermalParameters or RodParameters, or takes a name from the constants below."""
+ThermalParameters here or from RodParameters in body.py, or takes a name from the constants below."""
 
 from __future__ import annotations
 
@@ -18,8 +18,10 @@ __all__ = [
     "DEFAULT_WIRING",
     "DISPLACEMENT",
     "DISPLACEMENT_GUESS",
+    "ELEMENTS_SET",
     "LOADS",
     "ROD",
+    "SETS",
     "SHAPE_OUTPUTS",
     "SHARED_PARAMETERS",
     "SSP_OUTPUTS",
@@ -31,9 +33,9 @@ __all__ = [
     "Geometry",
     "Parameters",
     "RecordedParameters",
-    "RodParameters",
     "ThermalParameters",
     "is_element_of",
+    "set_by",
 ]
 
 THERMAL, ROD = "thermal", "rod"  # model names of the FMUs, and names of the members of a scene that says nothing else
@@ -51,6 +53,23 @@ SSP_OUTPUTS = ("thermal.T", "rod.tip.p", "rod.tip.euler")  # connectors of an ex
 
 # Items of the rod's parameter closure.
 CLOSURE_INSIDE, CLOSURE_EXCHANGED = 1, 2
+
+# Parameters of the rod that set others when they are set: those of every segment, or of one TCA at the end of its span.
+# The value goes to all elements of the vectors; that of body.length is divided among them.
+SETS: Mapping[str, tuple[str, ...]] = {
+    "body.radius": ("segment.radius",),
+    "body.length": ("segment.length",),
+    **{f"body.{key}": (f"segment.{key}",) for key in ("E", "nu", "rho", "shear_factor", "retardation")},
+    "strains": ("segment.strains",),
+    "order": ("segment.order",),
+    "tca.offset": ("tca.offset_end",),
+}
+# The same for elements of vectors: each sets those whose last index is its own.
+ELEMENTS_SET: Mapping[str, str] = {
+    "body.stiffness": "segment.stiffness",
+    "body.curvature": "segment.curvature",
+    "tca.offset": "tca.offset_end",
+}
 
 # Parameters of both FMUs that must agree.
 SHARED_PARAMETERS = ("body.radius", "body.length", "tca.offset", "tca.azimuth")
@@ -95,6 +114,18 @@ class RecordedParameters:
 def is_element_of(name: str, vector: str) -> bool:
     """Tell whether a variable is an element of a vector: V[1] of V."""
     return re.fullmatch(rf"{re.escape(vector)}\[[\d,]+\]", name) is not None
+
+
+def set_by(parameter: str, vectors: Mapping[str, Sequence[str]]) -> tuple[tuple[str, ...], float]:
+    """Return the parameters of a rod that setting `parameter` sets too, and the share of the value that each gets.
+
+    vectors: elements of each vector of the FMU."""
+    base, bracket, index = parameter.partition("[")
+    if bracket:
+        elements = vectors.get(ELEMENTS_SET.get(base, ""), ())
+        return tuple(name for name in elements if re.split(r"[\[,]", name)[-1] == index), 1.0
+    elements = tuple(name for vector in SETS.get(parameter, ()) for name in vectors.get(vector, ()))
+    return elements, 1.0 / len(elements) if parameter == "body.length" and elements else 1.0
 
 
 @dataclass(frozen=True)
@@ -149,63 +180,6 @@ class ThermalParameters:
             alpha=p.each("tca.alpha_T", count),
             beta=p.each("tca.beta", count),
             T_ref=p.real("tca.T_ref"),
-            T_0=p.real("T_0"),
-        )
-
-
-@dataclass(frozen=True)
-class RodParameters:
-    """Parameters of rod.fmu in SI units. stiffness holds where profile is "given"; wire_* and below it down to
-    expansion where law is "wire", tca_stiffness and stroke where it is "measured"."""
-
-    geometry: Geometry
-    E: float  # Young's modulus of the body [Pa]
-    nu: float  # Poisson's ratio
-    rho: float  # density [kg/m3]
-    shear_factor: float
-    retardation: float  # [s]
-    profile: str  # round, given
-    stiffness: tuple[float, ...]  # (6,) [N.m2, N.m2, N.m2, N, N, N]
-    curvature: tuple[float, ...]  # (3,) of the unloaded body [1/m]
-    helix: tuple[float, ...]  # of each TCA [rad/m]
-    law: str  # wire, measured
-    pitch: str  # frozen, current
-    wire_length: float  # [m]
-    wire_diameter: float  # [m]
-    coils: float
-    twists: float
-    E_wire: float  # Young's modulus of the wire [Pa]
-    expansion: float  # [1/K]
-    chirality: int
-    tca_stiffness: float  # [N/m]
-    stroke: float  # [m/K]
-    T_0: float  # [K]
-
-    @classmethod
-    def of(cls, p: Parameters) -> RodParameters:
-        """Read the parameters of a rod FMU."""
-        return cls(
-            geometry=Geometry.of(p),
-            E=p.real("body.E"),
-            nu=p.real("body.nu"),
-            rho=p.real("body.rho"),
-            shear_factor=p.real("body.shear_factor"),
-            retardation=p.real("body.retardation"),
-            profile=p.choice("body.profile"),
-            stiffness=p.reals("body.stiffness"),
-            curvature=p.reals("body.curvature"),
-            helix=p.reals("tca.helix"),
-            law=p.choice("tca.law"),
-            pitch=p.choice("tca.pitch"),
-            wire_length=p.real("tca.wire_length"),
-            wire_diameter=p.real("tca.wire_diameter"),
-            coils=p.real("tca.coils"),
-            twists=p.real("tca.twists"),
-            E_wire=p.real("tca.E"),
-            expansion=p.real("tca.rho_T"),
-            chirality=int(p.real("tca.chirality")),
-            tca_stiffness=p.real("tca.stiffness"),
-            stroke=p.real("tca.stroke"),
             T_0=p.real("T_0"),
         )
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from ..cosim.signals import Signal
 from ..errors import SceneError
 from ..fmi.archive import Archive
+from .manipulator import set_by
 
-__all__ = ["Member", "Value", "settable"]
+__all__ = ["Member", "Value", "set_parameter", "settable"]
 
 Value = float | int | bool | str
 
@@ -52,9 +53,31 @@ class Member:
         """Whether a parameter, or an element of a vector, is there and not 0."""
         return any(self.value(name) not in (None, 0) for name in self.archive.vectors.get(parameter, (parameter,)))
 
+    def with_values(self, values: Mapping[str, Value]) -> Member:
+        """Return the member with parameters set after those that it has."""
+        parameters = dict(self.parameters)
+        for name, value in values.items():
+            set_parameter(parameters, name, value, self.archive)
+        return replace(self, parameters=parameters)
+
     def choice(self, parameter: str) -> str:
         """Name of the item that an enumeration has."""
         return self.archive.variables[parameter].item_name(self.real(parameter))
+
+
+def set_parameter(parameters: dict[str, Value], name: str, value: Value, archive: Archive) -> None:
+    """Set a parameter after those that are there, which are set in their order.
+
+    What an FMU of this package sets with it is noted too, so that whoever reads the parameters sees those that the FMU
+    has."""
+    parameters.pop(name, None)
+    parameters[name] = value
+    if not archive.reentrant or archive.variables[name].causality != "parameter":
+        return
+    others, share = set_by(name, archive.vectors)
+    for other in others:
+        parameters.pop(other, None)
+        parameters[other] = value if share == 1.0 else share * float(value)
 
 
 def settable(archive: Archive) -> list[str]:

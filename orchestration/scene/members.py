@@ -14,7 +14,7 @@ from ..fmi.archive import Archive, Variable, similar
 from . import validation
 from .geometry import SHARED_TABLES, distribute
 from .manipulator import DEFAULT_FMUS
-from .member import Member, Value, settable
+from .member import Member, Value, set_parameter, settable
 from .sizes import open_archives, take_sizes
 from .validation import SIGNAL_TYPES, Layer, flat
 
@@ -98,7 +98,7 @@ def _member(name: str, archive: Archive, layers: Sequence[Layer]) -> Member:
                 elif variable.causality in ("parameter", "input") or _has_start(
                     variable
                 ):  # inputs of other types may be constant
-                    parameters[full] = validation.scalar(layer, label, element, variable)
+                    set_parameter(parameters, full, validation.scalar(layer, label, element, variable), archive)
                     signals.pop(full, None)
                 else:
                     layer.refuse(label, element, _not_settable(variable))

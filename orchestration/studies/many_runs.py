@@ -174,8 +174,8 @@ def _same_but_for(changed: Scene, scene: Scene, elements: Sequence[str], value: 
     expected = []
     for member in scene.members:
         mine = {one[len(member.name) + 1 :]: value for one in elements if one.startswith(f"{member.name}.")}
-        parameters = {**member.parameters, **mine}
-        expected.append((member.name, member.archive.digest, parameters, member.signals, member.frozen))
+        parameters = member.with_values(mine).parameters
+        expected.append((member.name, member.archive.digest, dict(parameters), member.signals, member.frozen))
     found = [(m.name, m.archive.digest, dict(m.parameters), m.signals, m.frozen) for m in changed.members]
     alike = replace(changed, members=scene.members, title=scene.title, sources=scene.sources, overrides=scene.overrides)
     return found == expected and alike == scene

@@ -23,6 +23,7 @@ from ..errors import CosimError
 from ..files import atomic_write
 from ..plotting import SERIES
 from .charts import charts, charts_of
+from .geometry import ball
 from .manipulator import ZERO_CELSIUS, Manipulator, manipulator, rod_member, select_rows
 from .plots import draw_chart
 
@@ -33,6 +34,8 @@ GIF_SIZE = (800, 450)  # [pixel] a hundred frames of this size stay below 1 MB
 _FILM_SIZE = (960, 540)  # [pixel]
 _COLOUR_MAP = "plasma"
 _BODY = np.array([0.62, 0.68, 0.76, 0.16])  # red, green, blue, opacity
+_PAYLOAD = np.array([0.35, 0.37, 0.4, 0.9])
+_DARKER = np.array([0.8, 0.8, 0.8, 1.7])  # every second segment: less light, more opacity
 _LIGHT = np.array([0.4, -0.7, 0.6]) / np.linalg.norm([0.4, -0.7, 0.6])  # direction of the light on the body
 _GIF_COLOURS = 96  # of a GIF: enough for the colour map and antialiased text; more make the file larger
 _GIF_SCALE = 40  # height [pixel] of the colour map in the picture that the palette is made for: its weight there
@@ -175,7 +178,10 @@ def _draw_body(figure: SubFigure, m: Manipulator) -> _Update:
     scale = ScalarMappable(Normalize(celsius.min(), max(celsius.max(), celsius.min() + 1.0)), _COLOUR_MAP)
     faces = Poly3DCollection([], linewidths=0.0, antialiased=True, animated=True)
     axes.add_collection3d(faces)
-    low, high = corners[0].min(axis=(0, 1)), corners[0].max(axis=(0, 1))
+    carried = _payload_triangles(m)
+    extent = [corners[0], *([carried.reshape(len(carried), -1, 3)] if carried is not None else [])]
+    low = np.min([points.min(axis=(0, 1)) for points in extent], axis=0)
+    high = np.max([points.max(axis=(0, 1)) for points in extent], axis=0)
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
     axes.set(xlabel="x [mm]", ylabel="y [mm]", zlabel="z [mm]")
     axes.set_box_aspect(high - low)
@@ -191,10 +197,15 @@ def _draw_body(figure: SubFigure, m: Manipulator) -> _Update:
 
     def update(row: int) -> Iterable[Artist]:
         triangles = [points[row][s.triangles] for points, s in zip(corners, surfaces, strict=True)]
-        colours = [_shaded(_BODY, triangles[0])]  # TCAs are not shaded: their colour means a temperature
+        flesh = _shaded(_BODY, triangles[0])
+        flesh[_of_even_segments(m)] *= _DARKER
+        colours = [flesh]  # TCAs are not shaded: their colour means a temperature
         colours += [
             np.tile(np.array(scale.to_rgba(T)), (len(t), 1)) for T, t in zip(celsius[row], triangles[1:], strict=True)
         ]
+        if carried is not None:
+            triangles.append(carried[row])
+            colours.append(_shaded(_PAYLOAD, carried[row]))
         faces.set_verts(np.concatenate(triangles))
         faces.set_facecolor(np.concatenate(colours))
         faces.do_3d_projection()
@@ -202,6 +213,23 @@ def _draw_body(figure: SubFigure, m: Manipulator) -> _Update:
         return faces, clock
 
     return update
+
+
+def _payload_triangles(m: Manipulator) -> np.ndarray | None:
+    """Triangles (time, n, 3, 3) [mm] of the ball that stands for the body at the tip."""
+    if m.payload is None:
+        return None
+    points, triangles = ball(m.payload.radius, 16)
+    return _MILLI * (m.payload.centre[:, None, None] + points[triangles])
+
+
+def _of_even_segments(m: Manipulator) -> np.ndarray:
+    """Which triangles of the body's surface belong to its second, fourth, sixth segment, (n,)."""
+    intervals = np.zeros(m.stations.size - 1, dtype=bool)
+    for j in range(2, len(m.body_parameters.segments) + 1, 2):
+        first, behind = m.bounds(j, j)
+        intervals[first : behind - 1] = True
+    return np.repeat(intervals, len(m.body.triangles) // intervals.size)
 
 
 def _draw_gravity(axes: Axes3D, m: Manipulator, low: np.ndarray, high: np.ndarray) -> None:
@@ -225,8 +253,8 @@ def _shaded(colour: np.ndarray, triangles: np.ndarray) -> np.ndarray:
 
 def _draw_charts(figure: SubFigure, result: xr.Dataset, m: Manipulator) -> _Update:
     """Draw voltages, where they change, and temperatures, with a line at the time that is shown."""
-    shown = [chart for chart in charts(result) if chart.title in ("Voltages", "Temperatures") and chart.lines]
-    if not any(chart.title == "Temperatures" for chart in shown):
+    shown = [c for c in charts(result) if c.title.partition(",")[0] in ("Voltages", "Temperatures") and c.lines]
+    if not any(chart.title.startswith("Temperatures") for chart in shown):
         shown += charts_of(result, [f"{rod_member(result)}.T"])
     markers = []
     panels = figure.subplots(len(shown), 1, sharex=True, squeeze=False)[:, 0]

@@ -7,13 +7,13 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import xarray as xr
 
 from ..errors import CosimError
-from .manipulator import ZERO_CELSIUS, heat_member, members, rod_member
+from .manipulator import ZERO_CELSIUS, heat_members, members, rod_member
 
 __all__ = ["Chart", "Line", "charts", "charts_of"]
 
@@ -151,7 +151,7 @@ _COUPLING = (
 
 def charts(result: xr.Dataset) -> list[Chart]:
     """Charts of all quantities that are not zero: heat, rod, other members with a chart per unit, coupling."""
-    known = {heat_member(result): _HEAT, rod_member(result): _ROD}
+    known = _known_members(result)
     drawn: list[Chart] = []
     for member in members(result):
         groups = known.get(member)
@@ -172,8 +172,19 @@ def charts_of(result: xr.Dataset, quantities: Iterable[str]) -> list[Chart]:
     CosimError
         The result has no quantity of that name, or it is not one over time with at most one index.
     """
-    known = {heat_member(result): _HEAT, rod_member(result): _ROD, "coupling": _COUPLING}
+    known = {**_known_members(result), "coupling": _COUPLING}
     return [_chosen(result, name, known) for name in quantities]
+
+
+def _known_members(result: xr.Dataset) -> dict[str | None, tuple[_Group, ...]]:
+    """Charts of each member that the package knows; of several heat models each names its own in its titles."""
+    heats = heat_members(result)
+    known: dict[str | None, tuple[_Group, ...]] = {rod_member(result): _ROD}
+    for name in heats:
+        known[name] = (
+            tuple(replace(group, title=f"{group.title}, {name}") for group in _HEAT) if len(heats) > 1 else _HEAT
+        )
+    return known
 
 
 def _chosen(result: xr.Dataset, name: str, known: dict[str | None, tuple[_Group, ...]]) -> Chart:

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
 
-__all__ = ["Frames", "Surface", "disc", "frames", "tube"]
+__all__ = ["Frames", "Surface", "ball", "disc", "frames", "tube"]
 
 
 @dataclass(frozen=True)
@@ -40,8 +40,8 @@ class Surface:
     triangles: np.ndarray  # indices of the corners (m, 3)
 
 
-def frames(points: np.ndarray, tip: np.ndarray, stations: int) -> Frames:
-    """Construct evenly spaced cross-sections along a centreline.
+def frames(points: np.ndarray, tip: np.ndarray, stations: int | np.ndarray) -> Frames:
+    """Construct cross-sections along a centreline.
 
     Parameters
     ----------
@@ -49,17 +49,17 @@ def frames(points: np.ndarray, tip: np.ndarray, stations: int) -> Frames:
         Centreline (time, n >= 4, 3) [m], evenly spaced along the body from the clamp, where it starts along z.
     tip : ndarray
         Quaternions (time, 4) of the tip's orientation, scalar part first.
-    stations : int
-        Number of cross-sections.
+    stations : int or ndarray
+        Number of evenly spaced cross-sections, or where they are as shares of the length, from 0 to 1, not falling.
     """
     along = np.linspace(0.0, 1.0, points.shape[1])
-    fine = np.linspace(0.0, 1.0, stations)
+    fine = np.linspace(0.0, 1.0, stations) if isinstance(stations, int) else stations
     line = CubicSpline(along, points, axis=1)
     p, t = line(fine), line(fine, 1)
     t /= np.linalg.norm(t, axis=2, keepdims=True)
     d1 = np.empty_like(t)
     d1[:, 0] = _unit(_across(np.array([1.0, 0.0, 0.0]), t[:, 0]))
-    for k in range(stations - 1):  # the smallest rotation that takes one tangent to the next
+    for k in range(fine.size - 1):  # the smallest rotation that takes one tangent to the next
         a, b = t[:, k], t[:, k + 1]
         share = (d1[:, k] * b).sum(axis=1, keepdims=True) / (1.0 + (a * b).sum(axis=1, keepdims=True))
         d1[:, k + 1] = _unit(_across(d1[:, k] - share * (a + b), b))
@@ -70,20 +70,30 @@ def frames(points: np.ndarray, tip: np.ndarray, stations: int) -> Frames:
     return Frames(p, np.cos(turn) * d1 + np.sin(turn) * d2, np.cos(turn) * d2 - np.sin(turn) * d1)
 
 
-def tube(centres: np.ndarray, radius: float, around: int) -> Surface:
-    """Surface of a tube with centres (stations, 2) [m] in the cross-sections and a radius [m].
+def tube(centres: np.ndarray, radius: float | np.ndarray, around: int, first: int = 0) -> Surface:
+    """Surface of a tube.
 
-    `around` is the number of corners of its circles."""
+    Parameters
+    ----------
+    centres : ndarray
+        Its centres in successive cross-sections (n, 2) [m].
+    radius : float or ndarray
+        Radius [m], one or one for each of them (n,).
+    around : int
+        Number of corners of its circles.
+    first : int
+        Index of the first of its cross-sections.
+    """
     stations = len(centres)
     angle = 2.0 * np.pi * np.arange(around) / around
-    ring = radius * np.column_stack([np.cos(angle), np.sin(angle)])
+    ring = np.broadcast_to(radius, stations)[:, None, None] * np.column_stack([np.cos(angle), np.sin(angle)])
     here = np.arange(around)
     beside = (here + 1) % around
     strip = np.vstack(
         [np.column_stack([here, beside, around + beside]), np.column_stack([here, around + beside, around + here])]
     )
     triangles = (strip + around * np.arange(stations - 1)[:, None, None]).reshape(-1, 3)
-    return Surface((centres[:, None] + ring).reshape(-1, 2), np.repeat(np.arange(stations), around), triangles)
+    return Surface((centres[:, None] + ring).reshape(-1, 2), np.repeat(first + np.arange(stations), around), triangles)
 
 
 def disc(radius: float, station: int, around: int) -> Surface:
@@ -92,6 +102,15 @@ def disc(radius: float, station: int, around: int) -> Surface:
     here = np.arange(around)
     fan = np.column_stack([np.full(around, around), here, (here + 1) % around])
     return Surface(np.vstack([ring, np.zeros(2)]), np.full(around + 1, station), fan)
+
+
+def ball(radius: float, around: int) -> tuple[np.ndarray, np.ndarray]:
+    """Corners (n, 3) [m] around 0 and triangles (m, 3) of a ball."""
+    rings = around // 2 + 1
+    polar = np.pi * np.arange(rings) / (rings - 1)
+    surface = tube(np.zeros((rings, 2)), radius * np.sin(polar), around)
+    heights = radius * np.cos(polar)[surface.stations]
+    return np.column_stack([surface.offsets, heights]), surface.triangles
 
 
 def _across(v: np.ndarray, t: np.ndarray) -> np.ndarray:

@@ -5,6 +5,7 @@ Members are recognised by the names of their variables, whatever the members the
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -12,27 +13,43 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from scipy.spatial.transform import Rotation
 
 from ..errors import CosimError
-from ..scene.manipulator import SHAPE_OUTPUTS, TEMPERATURE, Geometry, RecordedParameters, ThermalParameters
+from ..scene.body import RodParameters
+from ..scene.manipulator import SHAPE_OUTPUTS, TEMPERATURE, RecordedParameters, ThermalParameters
 from .geometry import Frames, Surface, frames, tube
 
 __all__ = [
     "ZERO_CELSIUS",
     "Manipulator",
-    "heat_member",
+    "Payload",
+    "heat_members",
     "manipulator",
     "members",
     "recorded_parameters",
     "rod_member",
+    "section_member",
     "select_rows",
     "thermal_parameters",
 ]
 
 ZERO_CELSIUS = 273.15  # [K]
-STATIONS = 31  # number of cross-sections that are drawn
+STATIONS = 31  # number of cross-sections of a body of one segment that are drawn; others have two more at each break
 _NEEDED = (*SHAPE_OUTPUTS, TEMPERATURE)
 _TCA_RADIUS = 0.17  # radius of a TCA as a fraction of the body's, where no heat model gives it: the paper's
+# A wire from a heat model to the rod, alone or as a term of a sum (Connection.__str__).
+_HEAT_WIRE = re.compile(r"(?P<heat>.+)\.T\[(?P<of>\d+)\][^>]*-> (?P<rod>.+)\.T\[(?P<to>\d+)\]( \(term .*\))?")
+_BALL_DENSITY = 8e3  # [kg/m3] of the ball that stands for a body at the tip: steel, where its centre leaves room
+
+
+@dataclass(frozen=True)
+class Payload:
+    """Body at the tip, drawn as a ball."""
+
+    mass: float  # [kg]
+    radius: float  # [m]
+    centre: np.ndarray  # (time, 3) [m]
 
 
 @dataclass(frozen=True)
@@ -41,29 +58,58 @@ class Manipulator:
 
     times: np.ndarray  # (time,) [s]
     frames: Frames
+    stations: np.ndarray  # where the cross-sections are along the straight body (n,) [m]
     temperature: np.ndarray  # of the TCAs, (time, N) [K]
     gravity: np.ndarray  # (time, 3) [m/s2]
-    length: float
-    radius: float
+    body_parameters: RodParameters
     tca_radius: tuple[float, ...]
-    offset: tuple[float, ...]
-    azimuth: np.ndarray  # (N,)
-    helix: np.ndarray  # (N,) [rad/m]
+    payload: Payload | None
+
+    @property
+    def length(self) -> float:
+        """Length of the straight body."""
+        return self.body_parameters.length
+
+    @cached_property
+    def radii(self) -> np.ndarray:
+        """Radii of the cross-sections (n,); the two at a break between segments have those of their own segments."""
+        p = self.body_parameters
+        breaks = p.breaks
+        radii = np.empty(self.stations.size)
+        for j, segment in enumerate(p.segments):
+            here = slice(*self.bounds(j + 1, j + 1))
+            share = (self.stations[here] - breaks[j]) / segment.length
+            radii[here] = segment.radius + (segment.radius_end - segment.radius) * share
+        return radii
+
+    def bounds(self, first: int, last: int) -> tuple[int, int]:
+        """Indices of the first cross-section of segments first to last (from 1) and of the one behind their last."""
+        ends = np.flatnonzero(np.diff(self.stations) == 0.0) + 1  # the second of two at a break
+        limits = [0, *ends.tolist(), self.stations.size]
+        return limits[first - 1], limits[last]
 
     @cached_property
     def body(self) -> Surface:
         """Surface of the body."""
-        return tube(np.zeros((STATIONS, 2)), self.radius, 32)
+        return tube(np.zeros((self.stations.size, 2)), self.radii, 32)
 
     @cached_property
     def tcas(self) -> tuple[Surface, ...]:
         """Surfaces of the TCAs."""
-        return tuple(tube(self.route(i), self.tca_radius[i], 14) for i in range(self.azimuth.size))
+        return tuple(
+            tube(self.route(i), self.tca_radius[i], 14, self.span(i)[0]) for i in range(len(self.body_parameters.tcas))
+        )
+
+    def span(self, tca: int) -> tuple[int, int]:
+        """Indices of the first cross-section of a TCA's span and of the one behind its last."""
+        one = self.body_parameters.tcas[tca]
+        return self.bounds(one.first_segment, one.last_segment)
 
     def route(self, tca: int) -> np.ndarray:
-        """Positions of the axis of a TCA in the cross-sections [m], (STATIONS, 2)."""
-        angle = self.azimuth[tca] + self.helix[tca] * np.linspace(0.0, self.length, STATIONS)
-        return self.offset[tca] * np.column_stack([np.cos(angle), np.sin(angle)])
+        """Positions of the axis of a TCA in the cross-sections of its span [m], (n, 2)."""
+        one, s = self.body_parameters.tcas[tca], self.stations[slice(*self.span(tca))]
+        angle = one.azimuth + one.helix * s
+        return self.body_parameters.offset(tca, s)[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
 
 
 def members(result: xr.Dataset) -> Mapping[str, Any]:
@@ -71,9 +117,25 @@ def members(result: xr.Dataset) -> Mapping[str, Any]:
     return json.loads(result.attrs.get("members", "{}"))
 
 
-def heat_member(result: xr.Dataset) -> str | None:
-    """Name of the member that is a heat model of a cross-section."""
-    return next((m for m in members(result) if {f"{m}.V", f"{m}.T", f"{m}.T_surface"} <= set(result.data_vars)), None)
+def heat_members(result: xr.Dataset) -> list[str]:
+    """Names of the members that are heat models of a cross-section."""
+    return [m for m in members(result) if {f"{m}.V", f"{m}.T", f"{m}.T_surface"} <= set(result.data_vars)]
+
+
+def section_member(result: xr.Dataset) -> str | None:
+    """Name of the heat model whose section is that of the tip: of the last segment, or the only one."""
+    heats, rod = heat_members(result), rod_member(result)
+    if rod is None or len(heats) < 2:
+        return next(iter(heats), None)
+    p = RodParameters.of(recorded_parameters(result, rod))
+    at_tip = {i for i, tca in enumerate(p.tcas, 1) if tca.last_segment == len(p.segments)}
+    wires = [wire for wire in _heat_wires(result) if wire["rod"] == rod and int(wire["to"]) in at_tip]
+    return next((wire["heat"] for wire in reversed(wires) if wire["heat"] in heats), heats[0])
+
+
+def _heat_wires(result: xr.Dataset) -> list[re.Match[str]]:
+    texts = json.loads(result.attrs.get("connections", "[]"))
+    return [wire for text in texts if (wire := _HEAT_WIRE.fullmatch(text))]
 
 
 def rod_member(result: xr.Dataset) -> str | None:
@@ -99,22 +161,46 @@ def manipulator(result: xr.Dataset, rows: np.ndarray) -> Manipulator:
             f"result {result.attrs.get('scene', '')!r} has no shape to draw: no member with {', '.join(_NEEDED)}; "
             "run a scene with rod.fmu"
         )
-    geometry, heat = Geometry.of(recorded_parameters(result, rod)), heat_member(result)
+    p = RodParameters.of(recorded_parameters(result, rod))
     shape, tip, temperature = (result[f"{rod}.{name}"].to_numpy()[rows] for name in _NEEDED)
+    stations = _stations(p)
     return Manipulator(
         times=result["time"].to_numpy()[rows],
-        frames=frames(shape, tip, STATIONS),
+        frames=frames(shape, tip, stations / p.length),
+        stations=stations,
         temperature=temperature,
         gravity=_gravity(result, rod)[rows],
-        length=geometry.length,
-        radius=geometry.radius,
-        tca_radius=thermal_parameters(result, heat).outer_radius
-        if heat
-        else (_TCA_RADIUS * geometry.radius,) * len(geometry.azimuth),
-        offset=geometry.offset,
-        azimuth=np.array(geometry.azimuth),
-        helix=np.array(recorded_parameters(result, rod).reals("tca.helix")),
+        body_parameters=p,
+        tca_radius=_tca_radii(result, rod, p),
+        payload=_payload(p, shape[:, -1], tip),
     )
+
+
+def _stations(p: RodParameters) -> np.ndarray:
+    """Evenly spaced positions [m] in each segment, its ends included."""
+    breaks = p.breaks
+    counts = [max(3, round((STATIONS - 1) * segment.length / p.length) + 1) for segment in p.segments]
+    return np.concatenate([np.linspace(a, b, n) for a, b, n in zip(breaks, breaks[1:], counts, strict=False)])
+
+
+def _tca_radii(result: xr.Dataset, rod: str, p: RodParameters) -> tuple[float, ...]:
+    """Radii of the TCAs [m], from the heat model that each temperature comes from."""
+    radii = [_TCA_RADIUS * p.radius] * len(p.tcas)
+    heats = {name: thermal_parameters(result, name).outer_radius for name in heat_members(result)}
+    for wire in _heat_wires(result):
+        if wire["rod"] == rod and wire["heat"] in heats:
+            radii[int(wire["to"]) - 1] = heats[wire["heat"]][int(wire["of"]) - 1]
+    return tuple(radii)
+
+
+def _payload(p: RodParameters, tip: np.ndarray, quaternions: np.ndarray) -> Payload | None:
+    """Body at the tip at points (time, 3) [m] with orientations (time, 4), scalar part first."""
+    mass, centre = p.tip_body.mass, np.array(p.tip_body.centre)
+    if mass == 0.0:
+        return None
+    radius = np.cbrt(3.0 * mass / (4.0 * np.pi * _BALL_DENSITY))
+    at = tip + Rotation.from_quat(quaternions[:, [1, 2, 3, 0]]).apply(centre)
+    return Payload(mass, float(radius), at)
 
 
 def _gravity(result: xr.Dataset, rod: str) -> np.ndarray:

@@ -19,6 +19,7 @@ from typing import Any
 
 from ...cosim.signals import Constant, Impulse, Ramps, Signal, Sine, Steps
 from ...scene import Member, Scene
+from ...scene.body import RodParameters
 from ...scene.manipulator import (
     AMBIENT,
     LOADS,
@@ -26,7 +27,6 @@ from ...scene.manipulator import (
     TEMPERATURE,
     THERMAL,
     VOLTAGE,
-    RodParameters,
     ThermalParameters,
     is_element_of,
 )
@@ -107,8 +107,12 @@ def rise_time(signal: Signal) -> float:
 
 def is_unheated(scene: Scene) -> bool:
     """Whether temperatures stay constant exactly: no voltage at any time, everything at ambient temperature."""
-    thermal = scene.model(THERMAL)
-    if thermal is None or VOLTAGE not in thermal.archive.vectors:  # another FMU of that name
+    heats = [member for member in scene.members if member.archive.description.model_name == THERMAL]
+    return bool(heats) and all(_stays_cold(scene, thermal) for thermal in heats)
+
+
+def _stays_cold(scene: Scene, thermal: Member) -> bool:
+    if VOLTAGE not in thermal.archive.vectors:  # another FMU of that name
         return False
     driven = [*thermal.archive.vectors[VOLTAGE], AMBIENT]
     if any(connection.target == (thermal.name, name) for connection in scene.connections for name in driven):
@@ -120,45 +124,62 @@ def is_unheated(scene: Scene) -> bool:
 def dimensionless_numbers(scene: Scene) -> DimensionlessNumbers:
     """Dimensionless numbers of the scene's thermal and rod FMUs, as far as it has them."""
     values: dict[str, Any] = {}
-    thermal, rod = scene.model(THERMAL), scene.model(ROD)
-    heat = ThermalParameters.of(thermal) if thermal else None
-    if heat:
-        values["biot"] = heat.transfer * heat.geometry.radius / heat.body_k
+    rod = scene.model(ROD)
+    heats = [(m, ThermalParameters.of(m)) for m in scene.members if m.archive.description.model_name == THERMAL]
+    if heats:
+        values["biot"] = max(heat.transfer * heat.geometry.radius / heat.body_k for _, heat in heats)
     if rod:
         values |= _rod(rod)
-        volts = [s for n, s in thermal.signals.items() if is_element_of(n, VOLTAGE)] if thermal else []
-        heats = [_heating_time(heat, s) for s in volts] if heat else []
+        heating = [
+            _heating_time(heat, s) for m, heat in heats for n, s in m.signals.items() if is_element_of(n, VOLTAGE)
+        ]
         loads = [_loading_time(rod, s) for n, s in rod.signals.items() if any(is_element_of(n, load) for load in LOADS)]
         temperatures = [rise_time(s) for n, s in rod.signals.items() if is_element_of(n, TEMPERATURE)]
-        values["ramp"] = min([*heats, *loads, *temperatures], default=math.inf)
+        values["ramp"] = min([*heating, *loads, *temperatures], default=math.inf)
     return DimensionlessNumbers(**values)
 
 
 def _rod(rod: Member) -> dict[str, Any]:
     p = RodParameters.of(rod)
-    length, rho = p.geometry.length, p.rho
-    area, bending, shearing, stretching = _stiffness(p)
+    length = p.length
+    bending, shearing, stretching, line_mass = _section(p)
     gravity, force, moment = (_largest(rod, name) for name in LOADS)
-    speed = math.sqrt(bending / (rho * area))
+    tip = p.tip_body.mass
+    mass = line_mass + _CLAMPED_FREE**4 / 3.0 * tip / length  # Dunkerley: a mass at the tip slows the first mode
+    arm = math.dist((0.0, 0.0, 0.0), p.tip_body.centre)
     return {
         "shear": 12.0 * bending / (shearing * length**2),
         "extension": bending / (stretching * length**2),
-        "gravity": rho * area * gravity * length**3 / bending,
-        "tip": force * length**2 / bending + moment * length / bending,
-        "frequency": _CLAMPED_FREE**2 * speed / length**2 / (2.0 * math.pi),
-        "parallel": not any((*p.helix, *p.curvature)),
+        "gravity": line_mass * gravity * length**3 / bending,
+        "tip": (force + tip * gravity) * length**2 / bending + (moment + tip * gravity * arm) * length / bending,
+        "frequency": _CLAMPED_FREE**2 * math.sqrt(bending / mass) / length**2 / (2.0 * math.pi),
+        "parallel": _has_constant_strain(p),
     }
 
 
-def _stiffness(p: RodParameters) -> tuple[float, float, float, float]:
-    """Area [m2] and the least stiffnesses in bending [N.m2], shear and stretch [N]."""
-    radius, E = p.geometry.radius, p.E
-    area = math.pi * radius**2
-    if p.profile == "given":
-        k = p.stiffness
-        return area, min(k[:2]), min(k[3:5]), k[5]
-    shearing = p.shear_factor * E / (2.0 * (1.0 + p.nu)) * area
-    return area, E * math.pi * radius**4 / 4.0, shearing, E * area
+def _has_constant_strain(p: RodParameters) -> bool:
+    """Whether heat alone bends the body to constant strain: a uniform body, TCAs parallel to its axis."""
+    uniform = not any(segment != p.segments[0] for segment in p.segments)
+    whole = all((tca.first_segment, tca.last_segment) == (1, len(p.segments)) for tca in p.tcas)
+    straight = not any(segment.is_tapered or any(segment.curvature) for segment in p.segments)
+    parallel = not any(tca.helix or tca.offset != tca.offset_end for tca in p.tcas)
+    return uniform and whole and straight and parallel
+
+
+def _section(p: RodParameters) -> tuple[float, float, float, float]:
+    """Least stiffnesses in bending [N.m2], shear and stretch [N], largest mass per length [kg/m]."""
+    sections = []
+    for segment in p.segments:
+        area, most = (math.pi * pick(segment.radius, segment.radius_end) ** 2 for pick in (min, max))
+        if p.profile == "given":
+            k = segment.stiffness
+            stiffness = (min(k[:2]), min(k[3:5]), k[5])
+        else:
+            shearing = segment.shear_factor * segment.E / (2.0 * (1.0 + segment.nu)) * area
+            stiffness = (segment.E * area**2 / (4.0 * math.pi), shearing, segment.E * area)
+        sections.append((*stiffness, -segment.rho * most))
+    bending, shearing, stretching, mass = (min(column) for column in zip(*sections, strict=True))
+    return bending, shearing, stretching, -mass
 
 
 def _heating_time(p: ThermalParameters, signal: Signal) -> float:

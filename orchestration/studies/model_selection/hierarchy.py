@@ -162,8 +162,7 @@ def _with_settings(member: Member, settings: Mapping[str, Value]) -> Member:
         k: variables[k].items.index(v) + 1 if isinstance(v, str) else v for k, v in settings.items() if k != FROZEN
     }
     return replace(
-        member,
+        member.with_values(parameters),
         archive=cached_archive(member.archive.path),
-        parameters={**member.parameters, **parameters},
         frozen=member.frozen or bool(settings.get(FROZEN)),
     )

@@ -9,10 +9,12 @@ from collections.abc import Iterator, Sequence
 
 from ...cosim.signals import Constant, Signal
 from ...scene import Member, Scene
-from ...scene.manipulator import ROD, THERMAL, RodParameters
+from ...scene.body import RodParameters
+from ...scene.manipulator import ROD
 
 __all__ = ["symmetry_plane"]
 
+_AZIMUTH = "tca.azimuth["  # where a TCA lies in its section: mirrored like that of the rod
 _SAME = 1e-9  # largest difference of equal angles [rad], and largest share of a load across the plane
 
 
@@ -21,8 +23,9 @@ def symmetry_plane(scene: Scene) -> float | None:
     rod = scene.model(ROD)
     if rod is None or not _straight(rod):
         return None
-    azimuths = RodParameters.of(rod).geometry.azimuth
-    heats = _heats(scene, rod, len(azimuths))
+    body = RodParameters.of(rod)
+    azimuths = body.azimuth
+    heats = [*zip(_heats(scene, rod, len(azimuths)), (tca.behaviour for tca in body.tcas), strict=True)]
     for angle in sorted(_candidates(azimuths), key=lambda a: (round(a / (math.pi / 2.0), 9) % 1.0 > 0.0, a)):
         if _mirrors(azimuths, heats, angle) and _lies_in(rod, angle):
             return angle
@@ -31,19 +34,34 @@ def symmetry_plane(scene: Scene) -> float | None:
 
 def _straight(rod: Member) -> bool:
     p = RodParameters.of(rod)
-    return p.profile == "round" and not any((*p.helix, *p.curvature))
+    curved = any(any(segment.curvature) for segment in p.segments)
+    wound = any(tca.helix for tca in p.tcas)  # and TCAs whose ends are held twist the body
+    centred = not p.tip_body.mass or not any(p.tip_body.centre[:2])
+    return p.profile == "round" and p.ends == "free" and centred and not curved and not wound
 
 
 def _heats(scene: Scene, rod: Member, count: int) -> list[object]:
     """What decides the temperature of each TCA; equal where the temperatures are equal."""
-    thermal = scene.model(THERMAL)
+    members = {member.name: member for member in scene.members}
     heats: list[object] = []
     for i in range(1, count + 1):
-        temperature = rod.signals.get(f"T[{i}]")
-        voltage = thermal.signals.get(f"V[{i}]", Constant(0.0)) if thermal else None
-        resistance = thermal.value(f"tca.R[{i}]") if thermal else None
-        heats.append((temperature, voltage, resistance))
+        wires = [c for c in scene.connections if c.target == (rod.name, f"T[{i}]")]
+        sources = sorted((_heating(members[c.source[0]], c.source[1], c.factor, c.offset) for c in wires), key=repr)
+        heats.append((rod.signals.get(f"T[{i}]"), *sources))
     return heats
+
+
+def _heating(source: Member, output: str, factor: float, offset: float) -> object:
+    """Member, parameters and signals behind a temperature: those with the index of its element."""
+    index = output.partition("[")[2]
+    variables = source.archive.variables.values() if index else ()
+    own = [v for v in variables if v.causality in ("parameter", "input") and v.name.partition("[")[2] == index]
+    values = tuple(
+        source.signals.get(v.name, Constant(source.real(v.name))) if v.causality == "input" else source.value(v.name)
+        for v in own
+        if not v.name.startswith(_AZIMUTH)
+    )
+    return source.name, values if index else output, factor, offset
 
 
 def _candidates(azimuths: Sequence[float]) -> Iterator[float]:
@@ -54,8 +72,8 @@ def _candidates(azimuths: Sequence[float]) -> Iterator[float]:
                 yield _folded(0.5 * (a + b) + turn)
 
 
-def _mirrors(azimuths: Sequence[float], heats: list[object], angle: float) -> bool:
-    """Whether every TCA has one at its mirror image that is heated alike."""
+def _mirrors(azimuths: Sequence[float], heats: Sequence[object], angle: float) -> bool:
+    """Whether every TCA has one at its mirror image that is heated alike and has the same law and routing."""
     return all(
         any(
             abs(math.remainder(2.0 * angle - a - b, 2.0 * math.pi)) < _SAME and h == g

@@ -13,7 +13,8 @@ import numpy as np
 from ...errors import CouplingError, SceneError
 from ...results.dataset import scene_record
 from ...scene import Member, Scene, read
-from ...scene.manipulator import CLOSURE_EXCHANGED, ROD, RodParameters
+from ...scene.body import RodParameters
+from ...scene.manipulator import CLOSURE_EXCHANGED, ROD
 from ...simulation import open_simulation
 from .study import Panel, StabilityStudy
 from .theory import Beam, stability_limit
@@ -113,18 +114,21 @@ def beam_of(scene: Scene) -> Beam:
     for name in rod.archive.vectors["tca.helix"]:
         _refuse(rod, name, 0.0, "helical TCAs")
     p = RodParameters.of(rod)
-    if len(set(p.geometry.offset)) > 1:
+    if len({tca.offset for tca in p.tcas}) > 1:
         raise SceneError("rod.tca.offset: theory does not cover TCAs at different distances; give all the same")
+    if found := p.differences_from_uniform():
+        raise SceneError(f"{rod.name}: theory does not cover {', '.join(found)}; give one uniform body")
+    body = p.segments[0]
     return Beam(
-        E=p.E,
-        nu=p.nu,
-        rho=p.rho,
-        radius=p.geometry.radius,
-        length=p.geometry.length,
-        shear_factor=p.shear_factor,
-        retardation=p.retardation,
-        offset=p.geometry.offset[0],
-        azimuths=p.geometry.azimuth,
+        E=body.E,
+        nu=body.nu,
+        rho=body.rho,
+        radius=body.radius,
+        length=p.length,
+        shear_factor=body.shear_factor,
+        retardation=body.retardation,
+        offset=p.tcas[0].offset,
+        azimuths=p.azimuth,
         dynamic=bool(rod.value("dynamic")),
     )
 

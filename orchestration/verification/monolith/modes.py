@@ -12,7 +12,7 @@ from __future__ import annotations
 import contextlib
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import cast
 
 import numpy as np
@@ -127,9 +127,9 @@ def natural_modes(scene: Scene, time: float = 0.0, tolerance: float = 1e-9) -> M
 
 
 def _with_inertia(member: Member, part: QuasiStaticPart) -> ModelExchangePart:
-    parameters = {**member.parameters, "dynamic": True, "start_at_equilibrium": False}
+    moving = member.with_values({"dynamic": True, "start_at_equilibrium": False})
     names = [[port.name for port in ports] for ports in (part.inputs, part.outputs)]
-    return ModelExchangePart(replace(member, parameters=parameters), *names)
+    return ModelExchangePart(moving, *names)
 
 
 def _offset(model: ModelExchangePart, A: np.ndarray) -> float:

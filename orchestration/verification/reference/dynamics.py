@@ -163,7 +163,7 @@ class DynamicRod:
         stretch = delta[:, 0] - data.stroke(loads.T)
         energy = {
             "elastic": 0.5 * float(data.stiffness @ strain**2 @ self.grid.point_weights),
-            "tca": 0.5 * data.tca_stiffness * float(stretch @ stretch),
+            "tca": 0.5 * float(data.tca_stiffness @ stretch**2),
             "kinetic": 0.5 * float(data.inertia @ eta[..., 0] ** 2 @ self._weights),
             "gravity": -data.weight * data.length * float(loads.gravity @ c[:, 0]),
         }
@@ -180,7 +180,7 @@ class DynamicRod:
         """Displacement and tension (N, B) of every TCA and the gradient [r x t; t] (6, N, g, B) of its stretch."""
         size, gradient = actuators(self._path, xi)
         delta = np.matmul(self.grid.point_weights, size) - self._lengths[:, None]
-        return delta, self.data.tca_stiffness * (delta - self.data.stroke(T)[:, None]), gradient
+        return delta, self.data.tensions(delta, np.repeat(T[:, None], delta.shape[1], axis=1)), gradient
 
 
 def _rotate(q: np.ndarray, v: np.ndarray) -> np.ndarray:

@@ -13,7 +13,8 @@ import numpy as np
 from ...cosim.signals import Constant, Signal
 from ...errors import SceneError
 from ...scene import Member, Scene
-from ...scene.manipulator import RodParameters, ThermalParameters
+from ...scene.body import RodParameters, TcaParameters
+from ...scene.manipulator import ThermalParameters
 from .heat import HeatData
 from .rod import RodData, WireLaw
 from .section import Section
@@ -79,33 +80,44 @@ def rod_data(rod: Member) -> RodData:
         The scene chooses a law that the reference does not cover.
     """
     p = RodParameters.of(rod)
-    if p.pitch == "current":
-        raise SceneError(f"reference: {rod.name}.tca.pitch = 'current' is not covered; allowed: 'frozen'")
-    radius, length = p.geometry.radius, p.geometry.length
-    area, second, G = np.pi * radius**2, np.pi * radius**4 / 4, p.E / (2 * (1 + p.nu))
-    shear = p.shear_factor * G * area
-    round_rod = np.array([p.E * second, p.E * second, 2 * G * second, shear, shear, p.E * area])
-    wire = WireLaw(
-        length=p.wire_length,
-        coiled=length,
-        diameter=p.wire_diameter,
-        coils=p.coils,
-        twists=p.twists,
-        E=p.E_wire,
-        expansion=p.expansion,
-    )
-    measured = p.law == "measured"
+    if found := p.differences_from_uniform():
+        raise SceneError(
+            f"reference: {rod.name} has {', '.join(found)}; the reference solution is for one uniform segment with "
+            "TCAs along all of it that slide and turn freely; leave the rod out of the comparison, or change it"
+        )
+    body, length = p.segments[0], p.length
+    area, second, G = np.pi * body.radius**2, np.pi * body.radius**4 / 4, body.E / (2 * (1 + body.nu))
+    shear = body.shear_factor * G * area
+    round_rod = np.array([body.E * second, body.E * second, 2 * G * second, shear, shear, body.E * area])
+    laws = tuple(_law(tca, length) for tca in p.tcas)
     return RodData(
         length=length,
-        stiffness=np.array(p.stiffness) if p.profile == "given" else round_rod,
-        rest=np.array([*p.curvature, 0.0, 0.0, 1.0]),
-        inertia=p.rho * np.array([second, second, 2 * second, area, area, area]),
-        retardation=p.retardation,
-        offset=np.array(p.geometry.offset),
-        azimuth=np.array(p.geometry.azimuth),
-        helix=np.array(p.helix),
-        tca_stiffness=p.tca_stiffness if measured else 1.0 / wire.f1,
-        law=p.stroke if measured else wire,
-        chirality=p.chirality,
+        stiffness=np.array(body.stiffness) if p.profile == "given" else round_rod,
+        rest=np.array([*body.curvature, 0.0, 0.0, 1.0]),
+        inertia=body.rho * np.array([second, second, 2 * second, area, area, area]),
+        retardation=body.retardation,
+        offset=np.array([tca.offset for tca in p.tcas]),
+        azimuth=np.array(p.azimuth),
+        helix=np.array([tca.helix for tca in p.tcas]),
+        tca_stiffness=np.array(
+            [1.0 / law.f1 if isinstance(law, WireLaw) else tca.stiffness for law, tca in zip(laws, p.tcas, strict=True)]
+        ),
+        laws=laws,
+        chirality=np.array([tca.chirality for tca in p.tcas]),
         T_0=p.T_0,
+    )
+
+
+def _law(tca: TcaParameters, length: float) -> WireLaw | float:
+    """Law of a TCA along a body of that length [m]: of a wire, or the free stroke per kelvin [m/K]."""
+    if tca.law == "measured":
+        return tca.stroke
+    return WireLaw(
+        length=tca.wire_length,
+        coiled=length,
+        diameter=tca.wire_diameter,
+        coils=tca.coils,
+        twists=tca.twists,
+        E=tca.E,
+        expansion=tca.expansion,
     )

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-__all__ = ["Loads", "RodData", "WireLaw", "actuators", "cross", "lengths", "routing", "transposed_ad"]
+__all__ = ["Loads", "RodData", "WireLaw", "actuators", "cross", "lengths", "per_tca", "routing", "transposed_ad"]
 
 _NEXT, _LAST = np.array([1, 2, 0]), np.array([2, 0, 1])  # cyclic indices of a cross product
 
@@ -73,9 +73,9 @@ class RodData:
     offset: np.ndarray  # (N,)
     azimuth: np.ndarray  # (N,) [rad]
     helix: np.ndarray  # (N,) [rad/m]
-    tca_stiffness: float  # k = 1/f1 [N/m]
-    law: WireLaw | float  # a number is the free stroke per kelvin [m/K]
-    chirality: int
+    tca_stiffness: np.ndarray  # k = 1/f1, (N,) [N/m]
+    laws: tuple[WireLaw | float, ...]  # of the TCAs; a number is the free stroke per kelvin [m/K]
+    chirality: np.ndarray  # (N,)
     T_0: float
 
     @property
@@ -84,9 +84,16 @@ class RodData:
         return float(self.inertia[5])
 
     def stroke(self, T: np.ndarray) -> np.ndarray:
-        """Free stroke with its sign, chi f2 tau(T) [m], for T [K] of any shape."""
-        rise = T - self.T_0
-        return self.chirality * (self.law.stroke(rise) if isinstance(self.law, WireLaw) else self.law * rise)
+        """Free strokes with their signs, chi f2 tau(T) [m], for T (N, ...) [K]."""
+        rise = np.asarray(T) - self.T_0
+        strokes = [
+            law.stroke(own) if isinstance(law, WireLaw) else law * own for law, own in zip(self.laws, rise, strict=True)
+        ]
+        return per_tca(self.chirality, rise.ndim) * np.array(strokes)
+
+    def tensions(self, delta: np.ndarray, T: np.ndarray) -> np.ndarray:
+        """Tensions N_i = k_i (delta_i - chi f2 tau) [N] of displacements (N, ...) [m] at T (N, ...) [K]."""
+        return per_tca(self.tca_stiffness, np.ndim(delta)) * (delta - self.stroke(T))
 
 
 @dataclass(frozen=True)
@@ -97,6 +104,11 @@ class Loads:
     gravity: np.ndarray  # (3,) [m/s2]
     force: np.ndarray  # on the tip, (3,) [N]
     moment: np.ndarray  # on the tip, (3,) [N.m]
+
+
+def per_tca(values: np.ndarray, ndim: int) -> np.ndarray:
+    """Values (N,) as an array of that many axes, the first of them the TCAs'."""
+    return np.asarray(values).reshape(-1, *(1,) * (ndim - 1))
 
 
 def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:

@@ -130,7 +130,7 @@ class _Shooting:
         R, W = end[3:12].reshape(3, 3, -1), end[12:18]
         pulled = np.concatenate([np.einsum("jib,jb->ib", R, moment), np.einsum("jib,jb->ib", R, force)]) / self._units
         delta = end[18:] * data.length - lengths(data)[:, None]
-        tension = data.tca_stiffness * (delta - np.tile(data.stroke(cold), repeat)) / self._force
+        tension = data.tensions(delta, np.tile(cold, repeat)) / self._force
         return np.concatenate([W - pulled, z[6:] - tension])
 
     def profile(self, z: np.ndarray, stations: np.ndarray) -> Equilibrium:

@@ -29,8 +29,8 @@ function prepare(canvas) {
 }
 
 class Shape {
-  constructor({ p, d1, d2 }, stations) {
-    this.p = scaled(p), this.d1 = scaled(d1), this.d2 = scaled(d2), this.stations = stations;
+  constructor({ p, d1, d2, stations }, radii) {
+    this.p = scaled(p), this.d1 = scaled(d1), this.d2 = scaled(d2), this.stations = stations, this.radii = radii;
   }
   // The point with offsets a, b in the cross-section of a station.
   at(row, station, a = 0, b = 0) {
@@ -42,8 +42,9 @@ class Shape {
 class BodyView {
   constructor(canvas, data, picture) {
     this.canvas = canvas, this.data = data, this.picture = picture; // picture(row): canvas of the cross-section, or null
-    this.shape = new Shape(data.shape, data.stations);
-    this.other = data.other && new Shape(data.other, data.stations);
+    this.shape = new Shape(data.shape, data.radii);
+    this.other = data.other && new Shape(data.other, data.other.radii);
+    this.payload = data.payload && scaled(data.payload.centre);
     this.temperatures = scaled(data.temperatures);
     this.row = 0;
     this.reset();
@@ -148,9 +149,6 @@ class BodyView {
     context.setLineDash([]);
     this.stroke(context, points.slice(0, row + 1), this.soft, 2);
   }
-  centreline(shape, row) {
-    return Array.from({ length: this.data.stations }, (_, k) => this.project(shape.at(row, k)));
-  }
   ring(context, shape, row, station, radius) {
     context.beginPath();
     for (let k = 0; k <= 40; ++k) {
@@ -168,29 +166,49 @@ class BodyView {
     draw(context);
     return this.layer;
   }
-  silhouette(context, shape, row, colour, radius, extra = 0) {
-    this.stroke(context, this.centreline(shape, row), colour, 2 * radius * this.factor + extra);
-    for (const end of [0, this.data.stations - 1]) {
-      this.ring(context, shape, row, end, radius);
-      context.fillStyle = context.strokeStyle = colour, context.lineWidth = extra;
+  // The outline of a tube whose radius changes along it: a quadrangle for each piece, neighbours share corners.
+  silhouette(context, shape, row, colour, extra = 0) {
+    const last = shape.stations - 1;
+    const points = Array.from({ length: shape.stations }, (_, k) => this.project(shape.at(row, k)));
+    const sides = points.map(([x, y], k) => {
+      const [x0, y0] = points[Math.max(0, k - 2)], [x1, y1] = points[Math.min(last, k + 2)];
+      const length = Math.hypot(x1 - x0, y1 - y0) || 1, width = shape.radii[k] * this.factor + 0.5 * extra;
+      const [u, v] = [(-(y1 - y0) * width) / length, ((x1 - x0) * width) / length];
+      return [[x + u, y + v], [x - u, y - v]];
+    });
+    context.fillStyle = context.strokeStyle = colour;
+    context.lineWidth = 0.7; // closes the seams between the pieces
+    for (let k = 1; k <= last; ++k) {
+      const [[a, b], [c, d]] = [sides[k - 1], sides[k]];
+      context.beginPath();
+      [a, c, d, b].forEach((p, n) => (n ? context.lineTo(...p) : context.moveTo(...p)));
+      context.closePath();
+      context.fill(), context.stroke();
+    }
+    context.lineWidth = extra;
+    for (const end of [0, last]) {
+      this.ring(context, shape, row, end, shape.radii[end]);
       context.fill();
       if (extra) context.stroke();
     }
   }
   drawFlesh(context, row, width, height, fine) {
-    const layer = this.onLayer(width, height, fine, (own) => this.silhouette(own, this.shape, row, style("--flesh"), this.data.radius));
+    const layer = this.onLayer(width, height, fine, (own) => this.silhouette(own, this.shape, row, style("--flesh")));
     context.globalAlpha = 0.4;
     context.drawImage(layer, 0, 0, width, height);
+    const { stations, breaks } = this.data, ring = (k) => this.ring(context, this.shape, row, k, this.shape.radii[k]);
     context.globalAlpha = 0.45;
     context.strokeStyle = this.soft, context.lineWidth = 0.8;
-    for (let k = 0; k < this.data.stations; k += 6) this.ring(context, this.shape, row, k, this.data.radius), context.stroke();
+    for (let k = 0; k < stations; k += 6) ring(k), context.stroke();
     context.globalAlpha = 1;
+    context.strokeStyle = this.ink, context.lineWidth = 1.4;
+    for (const k of breaks) for (const side of [k - 1, k]) ring(side), context.stroke();
   }
   drawOutline(context, row, width, height, fine) {
     const layer = this.onLayer(width, height, fine, (own) => {
-      this.silhouette(own, this.other, row, this.ink, this.data.other.radius, 2);
+      this.silhouette(own, this.other, row, this.ink, 2);
       own.globalCompositeOperation = "destination-out";
-      this.silhouette(own, this.other, row, "#000", this.data.other.radius, 0);
+      this.silhouette(own, this.other, row, "#000", 0);
     });
     context.drawImage(layer, 0, 0, width, height);
   }
@@ -199,16 +217,21 @@ class BodyView {
     const { routes, stations, tcaRadius } = this.data;
     const pieces = [];
     routes.forEach((route, i) => {
-      const points = route.map(([a, b], k) => this.project(this.shape.at(row, k, a, b)));
+      const points = route.points.map(([a, b], k) => this.project(this.shape.at(row, route.first + k, a, b)));
       const fill = colour(this.temperatures[row * routes.length + i]), width = 2 * tcaRadius[i] * this.factor;
-      for (let k = 1; k < stations; ++k) {
+      for (let k = 1; k < points.length; ++k) {
         pieces.push({ depth: 0.5 * (points[k - 1][2] + points[k][2]), points: points.slice(k - 1, k + 1), fill, width });
       }
     });
     const tip = this.project(this.shape.at(row, stations - 1));
-    pieces.push({ depth: tip[2] + this.data.radius, cap: true });
+    pieces.push({ depth: tip[2] + this.shape.radii[stations - 1], cap: true });
+    if (this.payload) {
+      const at = this.project([0, 1, 2].map((c) => this.payload[3 * row + c]));
+      pieces.push({ depth: at[2], ball: at });
+    }
     for (const piece of pieces.sort((a, b) => a.depth - b.depth)) {
       if (piece.cap) this.drawCap(context, row, tip);
+      else if (piece.ball) this.drawPayload(context, piece.ball);
       else {
         context.lineCap = "butt";
         this.stroke(context, piece.points, this.ink, piece.width + 1.6);
@@ -218,8 +241,16 @@ class BodyView {
     }
     context.lineCap = "butt";
   }
+  drawPayload(context, [x, y]) {
+    const { radius, label } = this.data.payload, size = radius * this.factor;
+    context.beginPath();
+    context.arc(x, y, size, 0, 2 * Math.PI);
+    context.fillStyle = this.soft, context.strokeStyle = this.ink, context.lineWidth = 1;
+    context.globalAlpha = 0.85, context.fill(), (context.globalAlpha = 1), context.stroke();
+    this.text(context, label, [x + size + 5, y], "left");
+  }
   drawCap(context, row, tip) {
-    const last = this.data.stations - 1, k = 3 * (row * this.data.stations + last), { d1, d2 } = this.shape, R = this.data.radius;
+    const last = this.data.stations - 1, k = 3 * (row * this.data.stations + last), { d1, d2, radii } = this.shape, R = radii[last];
     const [u, v] = [d1, d2].map((d) => this.direction([R * d[k], R * d[k + 1], R * d[k + 2]]));
     const picture = this.picture(row);
     if (picture && u[0] * v[1] - u[1] * v[0] < 0) { // the tip's face is seen: x to the right, y up

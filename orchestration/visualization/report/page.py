@@ -12,7 +12,7 @@ from ...errors import CosimError
 from ...files import atomic_write
 from ...results.comparison import Difference, compare
 from ..charts import charts
-from ..manipulator import ZERO_CELSIUS, Manipulator, heat_member, manipulator, rod_member, select_rows
+from ..manipulator import ZERO_CELSIUS, Manipulator, manipulator, rod_member, section_member, select_rows
 from .body import body_data, temperature_range
 from .document import ChartCard, Document, pack, pack_small, plasma, section_of_charts
 from .field import Field, field
@@ -38,7 +38,7 @@ def html(result: xr.Dataset, other: xr.Dataset | None = None) -> str:
     """Page of a result. Parts that the result has no data for are left out."""
     rows = select_rows(result, SLIDER_ROWS)
     times = result["time"].to_numpy()[rows]
-    heat = heat_member(result)
+    heat = section_member(result)
     shape = manipulator(result, rows) if rod_member(result) else None
     seen = field(result, heat, rows) if heat else None
     cards, readings = _chart_cards(result, rows, other), time_readings(result, rows)

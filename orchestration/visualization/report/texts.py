@@ -17,7 +17,7 @@ import xarray as xr
 from ...fmi.log import Warned
 from ...results.comparison import Difference
 from ...scene import Coupling
-from ..manipulator import ZERO_CELSIUS, heat_member, members, rod_member
+from ..manipulator import ZERO_CELSIUS, heat_members, members, rod_member
 
 __all__ = [
     "BODY_CARD",
@@ -68,7 +68,8 @@ def decimals(times: np.ndarray) -> int:
 
 def time_readings(result: xr.Dataset, rows: np.ndarray) -> Readings:
     """Voltages, where there is a heat model, and temperatures of the TCAs."""
-    heat, rod = heat_member(result), rod_member(result)
+    heats, rod = heat_members(result), rod_member(result)
+    heat = None if rod and len(heats) > 1 else next(iter(heats), None)  # the rod has the TCAs of all sections
     if heat is None and rod is None:
         return Readings("", [])
     celsius = result[f"{heat or rod}.T"].to_numpy()[rows] - ZERO_CELSIUS
@@ -102,11 +103,15 @@ def _end_state(result: xr.Dataset) -> list[tuple[str, str]]:
     if rod := rod_member(result):
         position = ", ".join(f"{_MILLI * x + 0.0:.2f}" for x in result[f"{rod}.tip.p"].to_numpy()[-1])
         items.append(("tip x, y, z at the end", f"{position} mm"))
-    if heat := heat_member(result):
+    hottest = []
+    for heat in (names := heat_members(result)):
         T = result[f"{heat}.T"].to_numpy() - ZERO_CELSIUS
         row, tca = np.unravel_index(int(T.argmax()), T.shape)
-        time = float(result["time"][row])
-        items.append((f"hottest: TCA {int(tca) + 1} at {time:.3g} s", f"{T.max():.1f} °C"))
+        where = f"TCA {int(tca) + 1}" + (f" of {heat}" if len(names) > 1 else "")
+        hottest.append((float(T.max()), f"hottest: {where} at {float(result['time'][row]):.3g} s"))
+    if hottest:
+        T_max, text = max(hottest)
+        items.append((text, f"{T_max:.1f} °C"))
     return items
 
 
