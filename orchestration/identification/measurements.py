@@ -7,7 +7,6 @@ sample.
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,7 +16,7 @@ import numpy as np
 from ..errors import SceneError
 from ..fmi.archive import Variable, similar
 from ..scene import Scene
-from ..scene.columns import convert_column, split_head
+from ..scene.columns import convert_column, read_samples
 
 __all__ = ["Measurements", "measurements_of", "read_measurements"]
 
@@ -71,30 +70,14 @@ def measurements_of(
 
 def read_measurements(scene: Scene, path: Path) -> Measurements:
     """Read measurements from a CSV file. Raises SceneError."""
-    try:
-        lines = [line for line in path.read_text(encoding="utf-8-sig").splitlines() if line.strip()]
-    except (OSError, UnicodeDecodeError) as error:
-        raise SceneError(f"{path}: cannot be read: {error}; give a CSV file in UTF-8") from error
-    head, *rows = csv.reader(line for line in lines if not line.startswith("#"))
-    heads = [split_head(cell) for cell in head]
-    columns = []
-    for number, row in enumerate(rows, 1):
-        if len(row) != len(heads):
-            raise SceneError(f"{path}: row {number}: {len(row)} cells for {len(heads)} names; leave cells empty")
-        try:
-            columns.append([float(cell) if cell.strip() else np.nan for cell in row])
-        except ValueError as error:
-            raise SceneError(
-                f"{path}: row {number}: {error}; give numbers with a point, or leave cells empty"
-            ) from error
-    table = np.array(columns, dtype=float).reshape(len(columns), len(heads))
     values = {}
-    for (name, unit), column in zip(heads[1:], table[:, 1:].T, strict=True):
-        try:
-            values[name] = np.array(convert_column(column.tolist(), unit, _output(scene, name), path))
-        except ValueError as error:
-            raise SceneError(f"{error}") from error
-    return measurements_of(scene, table[:, 0], values)
+    try:
+        heads, (times, *columns) = read_samples(path)
+        for (name, unit), column in zip(heads[1:], columns, strict=True):
+            values[name] = np.array(convert_column(column, unit, _output(scene, name), path))
+    except ValueError as error:
+        raise SceneError(f"{error}") from error
+    return measurements_of(scene, np.array(times), values)
 
 
 def _output(scene: Scene, name: str) -> Variable:

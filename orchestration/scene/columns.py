@@ -20,7 +20,7 @@ from ..cosim.signals import Ramps, Signal, Steps
 from ..fmi import units
 from ..fmi.archive import Variable, similar
 
-__all__ = ["ENTRIES", "column_names", "column_signal", "convert_column", "split_head"]
+__all__ = ["ENTRIES", "column_names", "column_signal", "convert_column", "read_samples"]
 
 ENTRIES = ("file", "column", "time", "interpolation")
 _INTERPOLATIONS: Mapping[str, type[Ramps | Steps]] = {"linear": Ramps, "held": Steps}
@@ -62,6 +62,43 @@ def split_head(cell: str) -> tuple[str, str]:
     """Split the head of a column: 'tip.p[1] [mm]' -> ('tip.p[1]', 'mm'); the unit is '' where there is none."""
     match = _HEAD.fullmatch(cell)
     return (match[1], match[2] or "") if match else ("", "")
+
+
+def read_samples(path: Path) -> tuple[list[tuple[str, str]], list[list[float]]]:
+    """Read a CSV file of samples over time, whose first column is the time; empty cells are missing samples.
+
+    Returns
+    -------
+    tuple
+        Name and unit ('' where none) of each column, and the columns: times [s], values in those units, nan where
+        missing.
+
+    Raises
+    ------
+    ValueError
+        With problem and remedy.
+    """
+    try:
+        lines = [line for line in path.read_text(encoding="utf-8-sig").splitlines() if line.strip()]
+    except (OSError, UnicodeDecodeError) as error:
+        raise ValueError(f"{path}: cannot be read: {error}; give a CSV file in UTF-8") from error
+    lines = [line for line in lines if not line.startswith("#")]
+    if len(lines) < 2:
+        raise ValueError(f"{path}: no rows; give a line of names and at least one row of numbers")
+    head, *rows = csv.reader(lines)
+    heads = [split_head(cell) for cell in head]
+    table = []
+    for number, row in enumerate(rows, 1):
+        if len(row) != len(heads):
+            raise ValueError(f"{path}: row {number}: {len(row)} cells for {len(heads)} names; leave cells empty")
+        try:
+            table.append([float(cell) if cell.strip() else math.nan for cell in row])
+        except ValueError as error:
+            raise ValueError(
+                f"{path}: row {number}: {error}; give numbers with a point, or leave cells empty"
+            ) from error
+    times, *values = [list(column) for column in zip(*table, strict=True)]
+    return heads, [convert_column(times, heads[0][1], _TIME, path), *values]
 
 
 def column_names(path: Path) -> list[str]:

@@ -133,22 +133,27 @@ class ResultAccessor:
         animation.save(self._result, Path(path), frames, fps)
         return Path(path)
 
-    def report(self, path: str | Path, other: xr.Dataset | None = None) -> Path:
+    def report(self, path: str | Path, other: xr.Dataset | None = None, measured: str | Path | None = None) -> Path:
         """Write one self-contained HTML page with body, cross-section, charts and settings (extra `report`).
 
         Parameters
         ----------
         other : Dataset, optional
             Result to compare with: its curves are dotted, its body is an outline, and a table lists the differences.
+        measured : path, optional
+            CSV file of measured samples to show beside the curves: the time in the first column, others named as in
+            the result, with units: rod.tip.p[1] [mm].
 
         Raises
         ------
         CosimError
-            The extra `report` is not installed, or the two results have nothing in common.
+            The extra `report` is not installed, the two results have nothing in common, or the file does not fit.
         """
         try:
+            from .measured import read_measured
             from .report import page
         except ModuleNotFoundError as error:
             raise CosimError(f"{error}; run pip install 'tca-cosim[report]'") from error
-        page.write(self._result, Path(path), other)
+        samples = read_measured(Path(measured), self._result) if measured else None
+        page.write(self._result, Path(path), other, samples)
         return Path(path)

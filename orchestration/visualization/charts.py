@@ -6,7 +6,7 @@ Quantities that do not change are no lines: they are listed as constants, with t
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,7 +15,7 @@ import xarray as xr
 from ..errors import CosimError
 from .manipulator import ZERO_CELSIUS, heat_members, members, rod_member
 
-__all__ = ["Chart", "Line", "charts", "charts_of"]
+__all__ = ["Chart", "Line", "charts", "charts_of", "in_unit"]
 
 _MILLI = 1e3
 _CONSTANT = 1e-6  # a line whose range is below this fraction of its quantity's largest value does not change
@@ -29,6 +29,7 @@ class Line:
     values: np.ndarray  # (time,) in the chart's unit
     number: int  # of its colour
     dashed: bool = False  # for quantities that accompany the others
+    name: str = ""  # scalar name in the result, rod.tip.p[1]; empty where the chart has no quantity of the result
 
 
 @dataclass(frozen=True)
@@ -149,14 +150,19 @@ _COUPLING = (
 )
 
 
-def charts(result: xr.Dataset) -> list[Chart]:
-    """Charts of all quantities that are not zero: heat, rod, other members with a chart per unit, coupling."""
+def charts(result: xr.Dataset, wanted: Collection[str] = ()) -> list[Chart]:
+    """Charts of all quantities that are not zero: heat, rod, other members with a chart per unit, coupling.
+
+    wanted: scalar names, such as rod.tip.p[1], that are lines even where they do not change; those that no chart has
+    get one of their own."""
     known = _known_members(result)
     drawn: list[Chart] = []
     for member in members(result):
         groups = known.get(member)
-        drawn += _by_unit(result, member) if groups is None else _known(result, member, groups)
-    return drawn + list(_known(result, "coupling", _COUPLING))
+        drawn += _by_unit(result, member, wanted) if groups is None else _known(result, member, groups, wanted)
+    drawn += _known(result, "coupling", _COUPLING)
+    there = {line.name for chart in drawn for line in chart.lines}
+    return drawn + charts_of(result, [name for name in wanted if name not in there])
 
 
 def charts_of(result: xr.Dataset, quantities: Iterable[str]) -> list[Chart]:
@@ -206,8 +212,13 @@ def _chosen(result: xr.Dataset, name: str, known: dict[str | None, tuple[_Group,
                 one = _Group(group.title, (quantity,), group.milli, group.log, group.stepped, group.from_zero)
                 return _only(_group_chart(result, str(member), one), int(element) if index else None)
     values, unit = _values(array, milli=False)
-    labels = [base] if array.ndim == 1 else [f"{base}[{k + 1}]" for k in range(count)]
-    return _only(_chart(base, unit, list(zip(labels, values.T, strict=True))), int(element) if index else None)
+    curves = list(zip(_names(base, array), values.T, strict=True))
+    return _only(_chart(base, unit, curves), int(element) if index else None)
+
+
+def _names(base: str, array: xr.DataArray) -> list[str]:
+    """Scalar names of the elements of a quantity over time."""
+    return [base] if array.ndim == 1 else [f"{base}[{k + 1}]" for k in range(array[0].size)]
 
 
 def _only(chart: Chart, element: int | None) -> Chart:
@@ -218,16 +229,17 @@ def _only(chart: Chart, element: int | None) -> Chart:
     return Chart(chart.title, chart.unit, tuple(lines), (), chart.log, chart.stepped, chart.from_zero)
 
 
-def _known(result: xr.Dataset, member: str, groups: Sequence[_Group]) -> Iterator[Chart]:
+def _known(result: xr.Dataset, member: str, groups: Sequence[_Group], wanted: Collection[str] = ()) -> Iterator[Chart]:
+    bases = {name.partition("[")[0] for name in wanted}
     for group in groups:
         nonzero = tuple(
             quantity
             for quantity in group.quantities
-            if f"{member}.{quantity.name}" in result and np.nan_to_num(result[f"{member}.{quantity.name}"]).any()
+            if (name := f"{member}.{quantity.name}") in result and (name in bases or np.nan_to_num(result[name]).any())
         )
         if nonzero:
             chosen = _Group(group.title, nonzero, group.milli, group.log, group.stepped, group.from_zero)
-            yield _without_constants(_group_chart(result, member, chosen))
+            yield _without_constants(_group_chart(result, member, chosen), wanted)
 
 
 def _group_chart(result: xr.Dataset, member: str, group: _Group) -> Chart:
@@ -235,7 +247,8 @@ def _group_chart(result: xr.Dataset, member: str, group: _Group) -> Chart:
     lines: list[Line] = []
     unit = ""
     for quantity in group.quantities:
-        values, unit = _values(result[f"{member}.{quantity.name}"], group.milli)
+        base = f"{member}.{quantity.name}"
+        values, unit = _values(result[base], group.milli)
         if group.stepped:
             values[0] = np.nan  # no step ends at the start
         if group.log:
@@ -244,41 +257,48 @@ def _group_chart(result: xr.Dataset, member: str, group: _Group) -> Chart:
         labels = (
             quantity.labels if len(quantity.labels) > 1 else [quantity.labels[0].format(k + 1) for k in range(count)]
         )
-        for label, curve in zip(labels, values.T, strict=True):
-            lines.append(Line(label, curve, len(lines), quantity.dashed))
+        for label, curve, name in zip(labels, values.T, _names(base, result[base]), strict=True):
+            lines.append(Line(label, curve, len(lines), quantity.dashed, name))
     return Chart(group.title, unit, tuple(lines), (), group.log, group.stepped, group.from_zero)
 
 
-def _by_unit(result: xr.Dataset, member: str) -> Iterator[Chart]:
+def _by_unit(result: xr.Dataset, member: str, wanted: Collection[str]) -> Iterator[Chart]:
     """Charts of a member that the package does not know: one for each unit."""
     by_unit: dict[str, list[tuple[str, np.ndarray]]] = {}
     for name, array in result.data_vars.items():
         if not str(name).startswith(f"{member}."):
             continue
         values, unit = _values(array, milli=False)
-        label = str(name).removeprefix(f"{member}.")
-        labels = [label] if array.ndim == 1 else [f"{label}[{k + 1}]" for k in range(values.shape[1])]
-        by_unit.setdefault(unit, []).extend(zip(labels, values.T, strict=True))
+        by_unit.setdefault(unit, []).extend(zip(_names(str(name), array), values.T, strict=True))
     for unit, curves in by_unit.items():
-        yield _without_constants(_chart(member, unit, curves))
+        yield _without_constants(_chart(member, unit, curves), wanted)
 
 
 def _chart(title: str, unit: str, curves: Sequence[tuple[str, np.ndarray]]) -> Chart:
-    return Chart(title, unit, tuple(Line(label, curve, k) for k, (label, curve) in enumerate(curves)))
+    """Chart of curves by their names in the result; labels leave out the member that the title names."""
+    lines = (Line(name.removeprefix(f"{title}."), curve, k, name=name) for k, (name, curve) in enumerate(curves))
+    return Chart(title, unit, tuple(lines))
 
 
-def _without_constants(chart: Chart) -> Chart:
-    """Move the lines that do not change to the constants."""
+def _without_constants(chart: Chart, wanted: Collection[str] = ()) -> Chart:
+    """Move the lines that do not change, and are not wanted, to the constants."""
     largest = max((np.nanmax(np.abs(line.values), initial=0.0) for line in chart.lines), default=0.0)
     lines, constants = [], []
     for line in chart.lines:
         known = line.values[np.isfinite(line.values)]
         scale = np.abs(known).max(initial=0.0) if chart.log else largest
-        if known.size and np.ptp(known) <= _CONSTANT * scale:
+        if known.size and line.name not in wanted and np.ptp(known) <= _CONSTANT * scale:
             constants.append(Constant(line.label, float(known[-1]) if abs(known[-1]) > _CONSTANT * scale else 0.0))
         elif known.size:
             lines.append(line)
     return Chart(chart.title, chart.unit, tuple(lines), tuple(constants), chart.log, chart.stepped, chart.from_zero)
+
+
+def in_unit(values: np.ndarray, unit: str, shown: str) -> np.ndarray:
+    """Values of a result's unit in that of a chart: degrees Celsius for kelvin, thousandths."""
+    if unit == "K" != shown:
+        return values - ZERO_CELSIUS
+    return values if shown == unit else _MILLI * values
 
 
 def _values(array: xr.DataArray, milli: bool) -> tuple[np.ndarray, str]:

@@ -11,47 +11,61 @@ import xarray as xr
 from ...errors import CosimError
 from ...files import atomic_write
 from ...results.comparison import Difference, compare
-from ..charts import charts
+from ..charts import Chart, charts, in_unit
 from ..manipulator import ZERO_CELSIUS, Manipulator, manipulator, rod_member, section_member, select_rows
+from ..measured import Measured
 from .body import body_data, temperature_range
 from .document import ChartCard, Document, pack, pack_small, plasma, section_of_charts
 from .field import Field, field
 from .svg import draw
-from .texts import BODY_CARD, SLIDER_ROWS, decimals, differences, facts, section_card, settings, time_readings
+from .texts import (
+    BODY_CARD,
+    SLIDER_ROWS,
+    decimals,
+    deviations,
+    differences,
+    facts,
+    section_card,
+    settings,
+    time_readings,
+)
 
 __all__ = ["html", "write"]
 
 _MILLI = 1e3
 
 
-def write(result: xr.Dataset, path: Path, other: xr.Dataset | None = None) -> None:
+def write(result: xr.Dataset, path: Path, other: xr.Dataset | None = None, measured: Measured | None = None) -> None:
     """Write the page of a result, complete or partial; the file appears whole or not at all.
 
-    With another result the page compares the two. Raises CosimError where they have nothing in common.
+    With another result the page compares the two, and shows measured samples beside the curves. Raises CosimError where
+    the results have nothing in common.
     """
-    text = html(result, other)
+    text = html(result, other, measured)
     with atomic_write(path) as draft:
         draft.write_text(text, encoding="utf-8")
 
 
-def html(result: xr.Dataset, other: xr.Dataset | None = None) -> str:
+def html(result: xr.Dataset, other: xr.Dataset | None = None, measured: Measured | None = None) -> str:
     """Page of a result. Parts that the result has no data for are left out."""
     rows = select_rows(result, SLIDER_ROWS)
     times = result["time"].to_numpy()[rows]
     heat = section_member(result)
     shape = manipulator(result, rows) if rod_member(result) else None
     seen = field(result, heat, rows) if heat else None
-    cards, readings = _chart_cards(result, rows, other), time_readings(result, rows)
+    cards, readings = _chart_cards(result, rows, other, measured), time_readings(result, rows)
     kelvin = [*([shape.temperature] if shape else []), *([seen.extremes] if seen else [])]
     views = ([BODY_CARD] if shape else []) + ([section_card(str(heat), seen.gap)] if seen else [])
     return Document(
         title=str(result.attrs.get("title", "Result")),
-        subtitle=_subtitle(result, other),
+        subtitle=_subtitle(result, other, measured),
         facts=facts(result),
         readings=readings.html,
         views=f"<section class='views{' one' if len(views) == 1 else ''}'>{''.join(views)}</section>" if views else "",
         charts=_charts_section(cards),
-        texts=(differences(_compare(result, other)) if other is not None else "") + settings(result),
+        texts=(differences(_compare(result, other)) if other is not None else "")
+        + (deviations(measured.deviations(result)) if measured else "")
+        + settings(result),
         last=rows.size - 1,
         data={
             "times": times.tolist(),
@@ -66,11 +80,11 @@ def html(result: xr.Dataset, other: xr.Dataset | None = None) -> str:
     ).html()
 
 
-def _subtitle(result: xr.Dataset, other: xr.Dataset | None) -> str:
+def _subtitle(result: xr.Dataset, other: xr.Dataset | None, measured: Measured | None) -> str:
     text = f"Scene {result.attrs.get('scene', '?')}, computed by tca-cosim"
-    if other is None:
-        return text
-    return f"{text}; dotted curves and the outline of the body: {other.attrs.get('title', 'another result')}"
+    if other is not None:
+        text += f"; dotted curves and the outline of the body: {other.attrs.get('title', 'another result')}"
+    return text if measured is None else f"{text}; circles: measured, {measured.file}"
 
 
 def _compare(result: xr.Dataset, other: xr.Dataset) -> tuple[Difference, ...]:
@@ -88,17 +102,33 @@ def _other_shape(other: xr.Dataset | None, times: np.ndarray) -> Manipulator | N
     return manipulator(other, nearest)
 
 
-def _chart_cards(result: xr.Dataset, rows: np.ndarray, other: xr.Dataset | None) -> list[ChartCard]:
+def _chart_cards(
+    result: xr.Dataset, rows: np.ndarray, other: xr.Dataset | None, measured: Measured | None
+) -> list[ChartCard]:
     times = result["time"].to_numpy()
     others = {} if other is None else {chart.title: chart for chart in charts(other)}
     other_times = times if other is None else other["time"].to_numpy()
     cards = []
-    for number, chart in enumerate(charts(result)):
+    for number, chart in enumerate(charts(result, measured.values if measured else ())):
         twin = others.get(chart.title)
         curves = {line.label: line.values for line in twin.lines} if twin and twin.unit == chart.unit else {}
         if chart.lines:
-            cards.append(ChartCard(chart, draw(number, chart, times, curves, other_times), rows))
+            samples = _samples(chart, result, measured) if measured else {}
+            cards.append(ChartCard(chart, draw(number, chart, times, curves, other_times, samples), rows))
     return cards
+
+
+def _samples(chart: Chart, result: xr.Dataset, measured: Measured) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """Measured samples of a chart's lines in its unit, within the time of the result."""
+    course = result["time"].to_numpy()
+    found = {}
+    for line in chart.lines:
+        if line.name in measured.values:
+            times, values = measured.samples(line.name)
+            unit = result[line.name.partition("[")[0]].attrs.get("units", "1")
+            inside = (times >= course[0]) & (times <= course[-1])
+            found[line.name] = (times[inside], in_unit(values[inside], unit, chart.unit))
+    return found
 
 
 def _charts_section(cards: list[ChartCard]) -> str:

@@ -7,6 +7,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from html import escape
+from types import MappingProxyType
 from typing import Any
 
 import matplotlib
@@ -44,7 +45,12 @@ class Drawing:
 
 
 def draw(
-    number: int, chart: Chart, times: np.ndarray, other: Mapping[str, np.ndarray], other_times: np.ndarray
+    number: int,
+    chart: Chart,
+    times: np.ndarray,
+    other: Mapping[str, np.ndarray],
+    other_times: np.ndarray,
+    samples: Mapping[str, tuple[np.ndarray, np.ndarray]] = MappingProxyType({}),
 ) -> Drawing:
     """Draw a chart.
 
@@ -54,6 +60,8 @@ def draw(
         Number of the chart on the page, which makes the ids in its SVG unique.
     other : mapping
         Values over `other_times` of another result by the labels of the lines; drawn dotted.
+    samples : mapping
+        Times [s] and values of measured samples by the names of the lines; drawn as circles.
     """
     with matplotlib.rc_context(_SETTINGS | {"svg.hashsalt": f"chart {number}"}):
         figure = Figure(figsize=(_WIDTH / _POINTS_PER_INCH, _HEIGHT / _POINTS_PER_INCH), layout="constrained")
@@ -63,6 +71,8 @@ def draw(
             if line.label in other:
                 colour = series_colour(line.number)
                 axes.plot(other_times, other[line.label], color=colour, linestyle=":", linewidth=2.2)
+            if line.name in samples:
+                axes.plot(*samples[line.name], "o", color=series_colour(line.number), markersize=3.2, fillstyle="none")
         axes.grid(color=_GRID)
         file = io.StringIO()
         figure.savefig(file, format="svg", transparent=True, metadata=_NO_METADATA)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from html import escape
 from itertools import cycle
@@ -18,12 +18,14 @@ from ...fmi.log import Warned
 from ...results.comparison import Difference
 from ...scene import Coupling
 from ..manipulator import ZERO_CELSIUS, heat_members, members, rod_member
+from ..measured import Deviation
 
 __all__ = [
     "BODY_CARD",
     "SLIDER_ROWS",
     "Readings",
     "decimals",
+    "deviations",
     "differences",
     "facts",
     "section_card",
@@ -141,6 +143,25 @@ def differences(table: Sequence[Difference]) -> str:
     head = "".join(f"<th scope='col'>{name}</th>" for name in heads)
     return (
         "<h2>Comparison</h2>"
+        f"<div class='card wide' tabindex='0'><table><thead><tr>{head}</tr></thead>"
+        f"<tbody>{''.join(rows)}</tbody></table></div>"
+    )
+
+
+def deviations(table: Iterable[Deviation]) -> str:
+    """Table of the differences from measured samples."""
+    rows = []
+    for one in table:
+        unit, factor = _UNITS.get(one.unit, (one.unit, 1.0))
+        unit = "" if unit == "1" else f" {unit}"
+        cells = f"<td>{one.samples}</td>" + "".join(
+            f"<td>{factor * x:.3g}{escape(unit)}</td>" for x in (one.rms, one.most)
+        )
+        rows.append(f"<tr><th scope='row'>{escape(one.name)}</th>{cells}<td>{one.time:.4g} s</td></tr>")
+    heads = ("quantity", "samples", "root mean square", "largest difference", "time of the largest")
+    head = "".join(f"<th scope='col'>{name}</th>" for name in heads)
+    return (
+        "<h2>Measured</h2>"
         f"<div class='card wide' tabindex='0'><table><thead><tr>{head}</tr></thead>"
         f"<tbody>{''.join(rows)}</tbody></table></div>"
     )
