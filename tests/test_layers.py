@@ -48,7 +48,12 @@ def imported(path: Path) -> set[str]:
 
 
 def files() -> list[Path]:
-    return [path for path in FOLDER.rglob("*.py") if path.parent != FOLDER or path.name != "__init__.py"]
+    """Modules of the package: not its top, nor FMUs written in Python, which are data of scenes."""
+    return [
+        path
+        for path in FOLDER.rglob("*.py")
+        if (path.parent != FOLDER or path.name != "__init__.py") and path.parent != FOLDER / "scenes"
+    ]
 
 
 def package_of(path: Path) -> str:

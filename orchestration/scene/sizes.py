@@ -12,6 +12,7 @@ from typing import Any
 
 from ..fmi.archive import Archive, find_fmu
 from ..fmi.configuration import Configuration, can_configure, configured_fmu
+from ..fmi.python_fmu import SUFFIX, built_fmu
 from .validation import Layer
 
 __all__ = ["MAX_SIZES", "open_archives", "take_sizes"]
@@ -79,6 +80,12 @@ def _without(
     return kept
 
 
+def _fmu_of(file: str, folder: Path) -> Path:
+    """Return the file of an FMU, which is made first where it is written in Python."""
+    path = find_fmu(file, folder)
+    return built_fmu(path) if path.suffix == SUFFIX else path
+
+
 def open_archives(
     files: Mapping[str, str], folder: Path, sizes: Sizes, archive: Callable[[Path], Archive]
 ) -> dict[str, Archive]:
@@ -100,7 +107,7 @@ def open_archives(
     SceneError
         An FMU is not there, or is none whose size can be chosen.
     """
-    archives = {name: archive(find_fmu(file, folder)) for name, file in files.items()}
+    archives = {name: archive(_fmu_of(file, folder)) for name, file in files.items()}
     if not sizes:
         return archives
     for name, source in archives.items():
