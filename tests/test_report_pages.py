@@ -74,7 +74,9 @@ def test_the_page_in_a_browser(step_result: xr.Dataset, step_field: Field, brows
             "(slider, row) => { slider.value = row; slider.dispatchEvent(new Event('input')); }", row
         )
         view.wait_for_function(f"shown === {row}")
-        places = view.evaluate(f"page.body.routes[2].points.map(([a, b], station) => body.shape.at({row}, station, a, b))")
+        places = view.evaluate(
+            f"page.body.routes[2].points.map(([a, b], station) => body.shape.at({row}, station, a, b))"
+        )
         np.testing.assert_allclose(places, route[row], atol=5e-3)  # [mm], 16-bit numbers
         tcas = [view.evaluate(f"body.temperatures[{3 * row + i}]") for i in range(3)]
         np.testing.assert_allclose(tcas, step_result["thermal.T"][row] - 273.15, atol=3e-3)
