@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <set>
 
+#include "core/unwritten.hpp"
 #include "description/description.hpp"
 #include "model/hash.hpp"
 #include "model/text.hpp"
@@ -169,6 +170,14 @@ bool acts_as(const Variable& known, std::string_view name) {
 void write_starts(const std::vector<Variable>& rows, std::byte* data) {
   for (const Variable& row : rows)
     if (has_start(row)) set_value(row, data, row.start);
+}
+
+void mark_outputs_unwritten(const std::vector<Variable>& rows, std::byte* data) {
+  for (const Variable& row : rows) {
+    if (row.causality != Causality::output || row.type != Type::real) continue;
+    store(data, row.offset, core::kUnwritten);
+    if (row.derivative >= 0) store(data, row.derivative, core::kUnwritten);
+  }
 }
 
 std::vector<bool> moving_states(Model& model, std::size_t count) {

@@ -63,6 +63,9 @@ bool acts_as(const Variable& known, std::string_view name);
 /// Writes the start values of all rows that have one into the model's data.
 void write_starts(const std::vector<Variable>& rows, std::byte* data);
 
+/// Writes core::kUnwritten into all outputs and their rates.
+void mark_outputs_unwritten(const std::vector<Variable>& rows, std::byte* data);
+
 /// Which of the `count` states of a model that was built the present parameters let move; the others stay 0. Leaves
 /// other values in the model's memory.
 std::vector<bool> moving_states(Model& model, std::size_t count);

@@ -73,7 +73,7 @@ class Model {
   virtual StepResult step(double t, double h) = 0;
 
   /// Writes all outputs, and their first time derivatives where the table has them, for memory() and the inputs'
-  /// values at time t [s].
+  /// values at time t [s]. An output that a built model never writes stays core::kUnwritten, which no host can read.
   virtual Status evaluate(double t) = 0;
 
   /// Writes the outputs that the table declares on demand, after evaluate() for the same memory and inputs.

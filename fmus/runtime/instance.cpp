@@ -28,6 +28,7 @@ Instance::Instance(std::shared_ptr<const Blueprint> blueprint, Interface interfa
   progress_.interface = interface;
   const auto data = model_->data();
   write_starts(blueprint_.rows, data.data());
+  mark_outputs_unwritten(blueprint_.rows, data.data());
   start_data_.assign(data.begin(), data.end());
   model_->warn = [this](std::string_view message) {
     warned_ = true;
@@ -112,6 +113,7 @@ void Instance::build_and_initialise() {
 /// Builds the model for its present parameters. Throws Error, with the model as it was.
 void Instance::build() {
   require(model_->build());
+  mark_outputs_unwritten(blueprint_.rows, data());
   missing_state_.clear();
   if (!blueprint_.configuration.has_moving_states_only || !model_->check_states().is_ok()) return;
   std::vector<bool> moving = moving_states(*model_, blueprint_.model_states);

@@ -2,6 +2,7 @@
 #include <array>
 #include <cmath>
 
+#include "core/unwritten.hpp"
 #include "model/text.hpp"
 #include "runtime/instance.hpp"
 
@@ -65,6 +66,9 @@ void Instance::check(const Variable& row, double value) const {
 /// `value`; throws a discarding Error where it is not finite, so that no such number leaves with fmi2OK.
 double Instance::finite(const Variable& row, double value) const {
   if (std::isfinite(value)) return value;
+  if (core::is_unwritten(value))
+    throw Error(now() + ": " + row.name + " is not calculated with these parameters, a fault of " +
+                blueprint_.identity.name + ".fmu; report it, and read no " + row.name + " until it is mended");
   throw Error(now() + ": " + row.name + " is not finite; inputs or states are beyond the model's range, reduce them",
               core::Severity::discard);
 }

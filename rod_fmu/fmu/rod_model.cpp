@@ -7,6 +7,8 @@
 #include <string>
 #include <utility>
 
+#include "core/unwritten.hpp"
+
 namespace rod {
 
 namespace {
@@ -94,11 +96,12 @@ fmu::Status check_temperatures(const Parameters& p, const Loads& loads) {
   return {};
 }
 
+/// Whether all that was written is finite; the runtime names an output that was not written.
 bool is_finite(const Outputs& y) {
   static_assert(sizeof(Outputs) % sizeof(double) == 0);
   const auto* values = reinterpret_cast<const double*>(&y);
   return std::all_of(values, values + sizeof(Outputs) / sizeof(double),
-                     [](double each) { return std::isfinite(each); });
+                     [](double each) { return std::isfinite(each) || core::is_unwritten(each); });
 }
 
 /// Fails where the span of TCA i is none, or leaves the body sideways.

@@ -1,4 +1,5 @@
 // Getting, setting, refusing, and when the model is built and evaluated.
+#include "probe/data.hpp"
 #include "probe/host.hpp"
 
 namespace probe {
@@ -169,6 +170,28 @@ TEST(Experiment, LeavesAToleranceThatTheHostSetItself) {
   EXPECT_EQ(fmi2SetupExperiment(host.fmu, fmi2True, 1e-5, 0.0, fmi2False, 0.0), fmi2OK);
   host.start();
   EXPECT_EQ(host.get("tolerance"), 1e-5) << "after a reset nothing is set";
+}
+
+TEST(Outputs, ThatNoModelWritesCannotBeRead) {
+  Host host;
+  forgets_reading = true;
+  host.start();
+  const auto reading = reference("reading");
+  double value = 0.0;
+  for (const char* when : {"at the start", "after a step"}) {
+    EXPECT_EQ(fmi2GetReal(host.fmu, &reading, 1, &value), fmi2Error) << when;
+    EXPECT_TRUE(host.said({"reading is not calculated with these parameters", "fault of probe.fmu"})) << when;
+    EXPECT_EQ(value, 0.0) << when;
+    EXPECT_EQ(host.get("x"), 0.0) << "others are read as before, " << when;
+    EXPECT_EQ(host.step(when == std::string("at the start") ? 0.0 : 0.1, 0.1), fmi2OK);
+  }
+  forgets_reading = false;
+  EXPECT_EQ(host.get("reading"), 0.0);
+  forgets_reading = true;
+  EXPECT_EQ(fmi2Reset(host.fmu), fmi2OK);
+  host.start();
+  EXPECT_EQ(fmi2GetReal(host.fmu, &reading, 1, &value), fmi2Error) << "what another run wrote does not count";
+  forgets_reading = false;
 }
 
 TEST(Experiment, RefusesTimesThatAreNone) {

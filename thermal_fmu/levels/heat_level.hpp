@@ -8,6 +8,7 @@
 
 #include "core/status.hpp"
 #include "core/time_polynomial.hpp"
+#include "core/unwritten.hpp"
 #include "physics/parameters.hpp"
 
 namespace thermal {
@@ -23,16 +24,17 @@ struct Drive {
   Cubic air_speed{};                    // [m/s]
 };
 
+/// What a level does not write stays core::kUnwritten.
 struct Observation {
-  PerTca rise{};              // T_i - T_0 [K]
-  PerTca rate{};              // dT_i/dt [K/s]
-  PerTca power{};             // [W]
-  double loss = 0.0;          // through the surface [W]
-  double stored = 0.0;        // since the uniform T_0 [J]
-  double max_rise = 0.0;      // in TCAs and on the surface [K]
-  double surface_rise = 0.0;  // mean [K]
-  double coefficient = 0.0;   // of heat transfer at the surface [W/(m2 K)]
-  double bound = 0.0;         // of the error of every T_i so far against the same mesh unreduced [K]
+  PerTca rise = filled(core::kUnwritten);   // T_i - T_0 [K]
+  PerTca rate = filled(core::kUnwritten);   // dT_i/dt [K/s]
+  PerTca power = filled(core::kUnwritten);  // [W]
+  double loss = core::kUnwritten;           // through the surface [W]
+  double stored = core::kUnwritten;         // since the uniform T_0 [J]
+  double max_rise = core::kUnwritten;       // in TCAs and on the surface [K]
+  double surface_rise = core::kUnwritten;   // mean [K]
+  double coefficient = core::kUnwritten;    // of heat transfer at the surface [W/(m2 K)]
+  double bound = core::kUnwritten;          // of the error of every T_i so far against the same mesh unreduced [K]
 };
 
 class HeatLevel {

@@ -366,6 +366,7 @@ Status ModalLevel<tcas>::observe(std::span<const double> memory, const Drive& dr
   seen.stored = model_.capacity.dot(z);
   probes_.noalias() = model_.probe * z;
   seen.max_rise = model_.peak.of(probes_);
+  seen.bound = 0.0;
   for (Index i = 0; i < n_tcas; ++i) seen.bound = std::max(seen.bound, model_.step_bound.row(i).dot(travel));
   return {};
 }

@@ -12,6 +12,9 @@ enum class Scheme { midpoint = 1, classical };
 
 inline constexpr int kMostMasses = 10;
 
+/// Makes the model leave its output `reading` unwritten, as a model would that knows nothing of a new row.
+inline bool forgets_reading = false;
+
 struct Data {
   // parameters
   double mass = 1.0;

@@ -53,7 +53,7 @@ class Chain : public fmu::Model {
   fmu::Status evaluate(double) override {
     data_.x = memory_[data_.masses - 1];
     data_.v = memory_[2 * data_.masses - 1];
-    data_.reading = data_.x + data_.bias[0];
+    if (!forgets_reading) data_.reading = data_.x + data_.bias[0];
     data_.builds = builds_;
     return {};
   }
