@@ -35,6 +35,7 @@ compiled: $(VENV)/installed $(VENV)/tested
 
 charts: compiled
 	python tests/bench/charts.py $(BUILD) docs/figures/convergence.png
+	python docs/bodies.py
 	tca-cosim chart step drop tap --picture docs/figures --workers 2
 
 $(BUILD)/hosts/ready: .ci/hosts tests/hosts/pom.xml $(VENV)/tested
