@@ -1,4 +1,4 @@
-"""Measured TCAs and a measured module against the rod FMU, by the script that draws the figures of the page on bodies."""
+"""Measured TCAs and a measured bending module against the rod FMU, by the script that draws the figures."""
 
 from __future__ import annotations
 
