@@ -44,13 +44,13 @@ def command(
                 def progress(share: float, task: TaskID = task) -> None:
                     bar.update(task, completed=share)
 
-                found = work_precision.halve_steps(name, override, halvings, progress)
-                paths.append(folder / f"halving_{found.attrs['scene']}.nc")
-                results.write(found, paths[-1])
-                for step, difference, slope in zip(*(found[key].to_numpy() for key in SHOWN), strict=True):
+                halved = work_precision.halve_steps(name, override, halvings, progress)
+                paths.append(folder / f"halving_{halved.attrs['scene']}.nc")
+                results.write(halved, paths[-1])
+                for step, difference, slope in zip(*(halved[key].to_numpy() for key in SHOWN), strict=True):
                     off = "failed" if np.isnan(difference) else f"{difference:.2e}"
                     order = "-" if np.isnan(slope) else f"{slope:.2f}"  # the first has none before it
-                    shown.add_row(found.attrs["scene"], f"{step:.6g}", off, order)
+                    shown.add_row(halved.attrs["scene"], f"{step:.6g}", off, order)
                 shown.add_section()
         out.print(shown)
         written(*paths)

@@ -35,7 +35,7 @@ def run_plain(arguments: Sequence[str]) -> bool:
 
 def parsed_run(arguments: Sequence[str]) -> dict[str, Any] | None:
     """Return the arguments of running.run_scene, or None where typer is to look at them."""
-    found: dict[str, Any] = {"override": []}
+    parsed: dict[str, Any] = {"override": []}
     waiting = iter(arguments)
     for argument in waiting:
         option, equals, value = argument.partition("=")
@@ -46,11 +46,11 @@ def parsed_run(arguments: Sequence[str]) -> dict[str, Any] | None:
                 return None
             key = _OPTIONS[option]
             if key == "override":
-                found[key].append(value)
+                parsed[key].append(value)
             else:
-                found[key] = Path(value) if key == "folder" else value
-        elif argument.startswith("-") or not argument or "scene" in found:
+                parsed[key] = Path(value) if key == "folder" else value
+        elif argument.startswith("-") or not argument or "scene" in parsed:
             return None
         else:
-            found["scene"] = argument
-    return found if "scene" in found else None
+            parsed["scene"] = argument
+    return parsed if "scene" in parsed else None

@@ -79,7 +79,7 @@ class Link:
 
 @dataclass(eq=False)
 class Node:
-    """A subsystem with n_u inputs and its place in the graph.
+    """A subsystem with n_u inputs, as a node of the graph.
 
     Attributes
     ----------

@@ -139,12 +139,12 @@ def _note_use(path: Path) -> None:
 
 def _files(folder: Path) -> dict[str, list[int]]:
     """Return name -> [size in bytes, time of modification in ns] of all files but the manifest."""
-    found = {}
+    stamps = {}
     for path in folder.rglob("*"):
         if path.is_file() and path.name != _MANIFEST:
             status = path.stat()
-            found[path.relative_to(folder).as_posix()] = [status.st_size, status.st_mtime_ns]
-    return found
+            stamps[path.relative_to(folder).as_posix()] = [status.st_size, status.st_mtime_ns]
+    return stamps
 
 
 def _write_manifest(folder: Path) -> None:

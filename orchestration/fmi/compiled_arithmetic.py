@@ -50,10 +50,10 @@ def find_arithmetic(unknowns: frozenset[int], outputs: frozenset[int]) -> Arithm
     Arithmetic or None
         None where there is no engine, where numpy's BLAS is not found, or where the two round differently.
     """
-    found = _arithmetic()
-    if found is None or not all(_secants_agree(n) for n in unknowns):
+    arithmetic = _arithmetic()
+    if arithmetic is None or not all(_secants_agree(n) for n in unknowns):
         return None
-    return found if all(_cubics_agree(n) for n in outputs) else None
+    return arithmetic if all(_cubics_agree(n) for n in outputs) else None
 
 
 @lru_cache(maxsize=1)
@@ -140,9 +140,9 @@ def _cubics_agree(n: int) -> bool:
 
 
 def _require() -> tuple[ctypes.CDLL, c.Blas]:
-    found = _arithmetic()
-    assert found is not None, "find_arithmetic() asks only where there is one"
-    return found.engine, found.blas
+    arithmetic = _arithmetic()
+    assert arithmetic is not None, "find_arithmetic() asks only where there is one"
+    return arithmetic.engine, arithmetic.blas
 
 
 def _equal(one: np.ndarray, other: np.ndarray) -> bool:

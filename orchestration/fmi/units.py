@@ -77,9 +77,9 @@ def _in_base_units(number: float, name: str) -> tuple[float, float, dict[str, in
     """
     known = _kept_units().get(name)
     if known is None:
-        found = _by_pint(number, name)
+        quantity = _by_pint(number, name)
         _checked(name)
-        return found
+        return quantity
     factor, zero, exponents = known
     return _linear(number, factor, zero), zero, exponents
 

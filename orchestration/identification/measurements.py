@@ -82,12 +82,12 @@ def read_measurements(scene: Scene, path: Path) -> Measurements:
 
 def _output(scene: Scene, name: str) -> Variable:
     member, _, variable = name.partition(".")
-    found = next((m for m in scene.members if m.name == member), None)
-    if found is None:
+    owner = next((m for m in scene.members if m.name == member), None)
+    if owner is None:
         raise SceneError(
             f"measurements of {name!r}: no FMU {member!r}; the scene has {', '.join(m.name for m in scene.members)}"
         )
-    outputs = [v.name for v in found.archive.variables.values() if v.causality == "output" and not v.discrete]
+    outputs = [v.name for v in owner.archive.variables.values() if v.causality == "output" and not v.discrete]
     if variable not in outputs:
         raise SceneError(f"measurements of {name!r}: no such output; {similar(variable, outputs)}")
-    return found.archive.variables[variable]
+    return owner.archive.variables[variable]

@@ -65,17 +65,17 @@ def _read(scene: Scene, text: str) -> FreeParameter:
     rest, _, known = text.partition("~")
     name, _, bounds = rest.strip().partition("=")
     member, _, parameter = name.strip().partition(".")
-    found = next((m for m in scene.members if m.name == member), None)
-    if found is None:
+    owner = next((m for m in scene.members if m.name == member), None)
+    if owner is None:
         raise SceneError(f"--free {text}: no FMU {member!r}; the scene has {', '.join(m.name for m in scene.members)}")
-    archive = found.archive
+    archive = owner.archive
     elements = archive.vectors.get(parameter, (parameter,))
     reals = [v.name for v in archive.variables.values() if v.causality == "parameter" and v.type == "Real"]
     if elements[0] not in reals:
         remedy = similar(parameter, [*(b for b, e in archive.vectors.items() if e[0] in reals), *reals])
         raise SceneError(f"--free {text}: {parameter!r} is not a real parameter; {remedy}")
     variable = archive.variables[elements[0]]
-    start = _common_value(text, found, parameter, elements)
+    start = _common_value(text, owner, parameter, elements)
     least, most = _pair(text, bounds, "low:high") if bounds else (variable.least, variable.most)
     prior = _pair(text, known, "mean:deviation") if known else None
     if not least < most:

@@ -60,12 +60,12 @@ class Predictor:
         columns = []
         for name in self.measured.outputs:
             base, index = split_index(name)
-            place = self._plan.outputs[base].start + self._offset(base, index)
-            columns.append([np.interp(self.measured.times, self._plan.times, row) for row in rows[:, :, place]])
+            column = self._plan.outputs[base].start + self._offset(base, index)
+            columns.append([np.interp(self.measured.times, self._plan.times, row) for row in rows[:, :, column]])
         return np.moveaxis(np.array(columns), 0, -1)
 
     def _offset(self, base: str, index: tuple[int, ...]) -> int:
-        """Return the place of an element in its vector."""
+        """Return the position of an element in its vector."""
         member, _, vector = base.partition(".")
         if not index:
             return 0

@@ -127,10 +127,10 @@ def _chosen(names: Sequence[str], quantities: Sequence[Quantity], what: str) -> 
         return list(range(len(quantities)))
     chosen: list[int] = []
     for name in names:
-        found = [k for k, q in enumerate(quantities) if q.name == name or q.name.startswith(f"{name}[")]
-        if not found:
+        matching = [k for k, q in enumerate(quantities) if q.name == name or q.name.startswith(f"{name}[")]
+        if not matching:
             raise SceneError(f"{name}: the linear model has no such {what}; it has {_summary(quantities)}")
-        chosen += [k for k in found if k not in chosen]
+        chosen += [k for k in matching if k not in chosen]
     return chosen
 
 

@@ -184,7 +184,7 @@ class HeatModel:
         """
         slave = self._slave
         slave.restore(self._start)
-        found, T_max = [], self._hottest
+        hottest, T_max = [], self._hottest
         volts = np.sqrt(np.maximum(powers, 0.0) * np.array(self.parameters.resistance))
         for k, row in enumerate(volts):
             self._inputs[0, :-1] = row
@@ -192,8 +192,8 @@ class HeatModel:
             slave.step(k * distance, distance)
             value = float(slave.values()[-1])
             if value > limit:
-                found.append(Hottest(k, value, jacobian(slave, [T_max], self._states)[0]))
-        return found
+                hottest.append(Hottest(k, value, jacobian(slave, [T_max], self._states)[0]))
+        return hottest
 
 
 @dataclass(frozen=True)

@@ -148,9 +148,9 @@ class Simulation:
                 if (member, element) not in self._live:
                     raise SceneError(f"{key} cannot be set; inputs that nothing feeds are {', '.join(self.inputs)}")
                 changes[member, element] = item if hasattr(item, "polynomial") else held(key, item)
-        changed = {place: signal for place, signal in changes.items() if self._live[place].signal != signal}
-        for place, signal in changed.items():
-            self._live[place].signal = signal
+        changed = {port: signal for port, signal in changes.items() if self._live[port].signal != signal}
+        for port, signal in changed.items():
+            self._live[port].signal = signal
         if changed:
             self._records.clear()
             self._ready.master.arrive(self.time)
@@ -191,7 +191,7 @@ class Simulation:
         if not rigid:
             master.save(checkpoint)
             master.restart(checkpoint)  # what was learned of loops is no part of a state: from here on as after restore
-        return SavedState(self.time, checkpoint, {place: live.signal for place, live in self._live.items()})
+        return SavedState(self.time, checkpoint, {port: live.signal for port, live in self._live.items()})
 
     def restore(self, state: SavedState) -> None:
         """Return to a saved state, which stays valid. Steps from it are the same each time, to the last bit."""
@@ -202,8 +202,8 @@ class Simulation:
                 f"{', '.join(rigid)} cannot be set back (canGetAndSetFMUstate = false, or the state was released); "
                 "open the scene again"
             )
-        for place, signal in state.signals.items():
-            self._live[place].signal = signal
+        for port, signal in state.signals.items():
+            self._live[port].signal = signal
         master.restart(state.checkpoint)
         self.time = state.time
         master.ended = ""

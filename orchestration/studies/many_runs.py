@@ -114,15 +114,15 @@ def run_many(
     if engine is not None:
         order = engine.plan.outputs
         numbers = np.array(list(columns.values()), dtype=float).T
-        found = dict(pair for block in engine.blocks(numbers) for pair in block)
+        by_run = dict(pair for block in engine.blocks(numbers) for pair in block)
     else:
         edges = np.cumsum([0, *(len(elements) for elements in names.values())]).tolist()
         order = {name: slice(edges[k], edges[k + 1]) for k, name in enumerate(names)}
-        found = dict.fromkeys(range(runs))
+        by_run = dict.fromkeys(range(runs))
     failures = [""] * runs
     times: np.ndarray | None = engine.plan.times if engine else None
-    rows: dict[int, np.ndarray] = {k: row for k, row in found.items() if row is not None}
-    for k in (k for k, row in found.items() if row is None):
+    rows: dict[int, np.ndarray] = {k: row for k, row in by_run.items() if row is not None}
+    for k in (k for k, row in by_run.items() if row is None):
         try:
             result = simulation.run_table(scenes.changed(scene, {name: values[k] for name, values in columns.items()}))
         except CosimError as error:
@@ -176,6 +176,6 @@ def _same_but_for(changed: Scene, scene: Scene, elements: Sequence[str], value: 
         mine = {one[len(member.name) + 1 :]: value for one in elements if one.startswith(f"{member.name}.")}
         parameters = member.with_values(mine).parameters
         expected.append((member.name, member.archive.digest, dict(parameters), member.signals, member.frozen))
-    found = [(m.name, m.archive.digest, dict(m.parameters), m.signals, m.frozen) for m in changed.members]
+    actual = [(m.name, m.archive.digest, dict(m.parameters), m.signals, m.frozen) for m in changed.members]
     alike = replace(changed, members=scene.members, title=scene.title, sources=scene.sources, overrides=scene.overrides)
-    return found == expected and alike == scene
+    return actual == expected and alike == scene

@@ -38,7 +38,7 @@ class KeptChoice:
         return apply_choice(scene, self.choice)
 
 
-_FOUND: dict[str, KeptChoice] = {}  # of this process, by key
+_CHOICES: dict[str, KeptChoice] = {}  # of this process, by key
 
 
 def kept_choice(scene: Scene) -> KeptChoice | None:
@@ -46,25 +46,25 @@ def kept_choice(scene: Scene) -> KeptChoice | None:
     if scene.accuracy.search == "anew":
         return None
     key = _key(scene)
-    if key not in _FOUND:
+    if key not in _CHOICES:
         content = cache.kept_bytes(f"choices/{key}.json")
         if content is None:
             return None
         try:
             read = json.loads(content)
-            found = KeptChoice({str(k): int(v) for k, v in read["choice"].items()}, dict(read["record"]))
+            choice = KeptChoice({str(k): int(v) for k, v in read["choice"].items()}, dict(read["record"]))
         except (ValueError, KeyError, TypeError, AttributeError):
             return None
-        if {h.name for h in model_hierarchies(scene)} != set(found.choice):
+        if {h.name for h in model_hierarchies(scene)} != set(choice.choice):
             return None
-        _FOUND[key] = found
-    return _FOUND[key]
+        _CHOICES[key] = choice
+    return _CHOICES[key]
 
 
 def keep_choice(scene: Scene, choice: Choice, record: Mapping[str, Any]) -> None:
     """Keep what a search found."""
     key = _key(scene)
-    _FOUND[key] = KeptChoice(dict(choice), record)
+    _CHOICES[key] = KeptChoice(dict(choice), record)
     cache.keep_bytes(f"choices/{key}.json", json.dumps({"choice": dict(choice), "record": record}).encode())
 
 
