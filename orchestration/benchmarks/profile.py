@@ -1,6 +1,7 @@
 """Profile of a run: CPU time of loading, of the FMUs' own C functions and of the master around them.
 
-CPU time of the thread, so that other processes disturb little; the smallest of several runs."""
+CPU time of the thread, so that other processes disturb little; the smallest of several runs.
+"""
 
 from __future__ import annotations
 

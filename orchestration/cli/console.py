@@ -109,8 +109,10 @@ def reported() -> Iterator[None]:
 
 
 def _terminated_as_interrupted() -> Any:
-    """Let SIGTERM do what Ctrl-C does, so that results are kept; return the handler before, None outside the main
-    thread."""
+    """Let SIGTERM do what Ctrl-C does, so that results are kept.
+
+    Returns the handler before; None outside the main thread.
+    """
 
     def interrupt(number: int, frame: object) -> None:
         raise KeyboardInterrupt

@@ -1,6 +1,7 @@
 """A group of commands whose modules are imported when one of them is called.
 
-The list of all commands takes their help from the docstrings in the files, which are parsed and not run."""
+The list of all commands takes their help from the docstrings in the files, which are parsed and not run.
+"""
 
 from __future__ import annotations
 

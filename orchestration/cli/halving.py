@@ -28,8 +28,10 @@ def command(
         int, typer.Option(min=1, max=16, help="Largest number of halvings; the study ends at 1e-9 of the range")
     ] = 12,
 ) -> None:
-    """Compares the co-simulation with the monolith of the same models as macro steps are halved (requires
-    tca-cosim[chart]); writes halving_NAME.nc."""
+    """Compares the co-simulation with the monolith of the same models as macro steps are halved.
+
+    Requires tca-cosim[chart]; writes halving_NAME.nc.
+    """
     with reported():
         with extra("chart"):
             from .. import results

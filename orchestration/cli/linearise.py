@@ -34,8 +34,10 @@ def command(
     ] = None,
     folder: Folder = Path("results"),
 ) -> None:
-    """Linearises a scene where it stands at a time; writes A, B, C, D with names and units as NAME.linear.npz, .mat and
-    .json."""
+    """Linearises a scene where it stands at a time.
+
+    Writes A, B, C, D with names and units as NAME.linear.npz, .mat and .json.
+    """
     from ..linear import balanced_truncation, linearise, save  # scipy takes long to load
     from ..linear.storage import ENDINGS
 

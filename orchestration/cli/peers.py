@@ -18,8 +18,10 @@ def command(
     folder: Folder = Path("results"),
     repeats: Annotated[int, typer.Option(min=1, help="Number of timed rounds; the median is reported")] = 5,
 ) -> None:
-    """Compares CPU times at equal error with PyElastica and Exudyn, on the release of a bare rod (requires
-    tca-cosim[peers])."""
+    """Compares CPU times at equal error with PyElastica and Exudyn, on the release of a bare rod.
+
+    Requires tca-cosim[peers].
+    """
     with reported():
         rows, notes = peers.compare_peers(repeats)
         out.print(peers.peer_table(rows))

@@ -19,6 +19,8 @@ def command(
     folder: Folder = Path("results"),
     name: Annotated[str | None, typer.Option("--name", help="Name of the files; default: that of the scene")] = None,
 ) -> None:
-    """Runs a scene; writes NAME.nc and NAME.csv. A result of other settings that has the name is kept as
-    NAME.previous."""
+    """Runs a scene; writes NAME.nc and NAME.csv.
+
+    A result of other settings that has the name is kept as NAME.previous.
+    """
     run_scene(scene, override, folder, name)

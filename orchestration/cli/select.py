@@ -36,8 +36,10 @@ def command(
     ] = False,
     folder: Folder = Path("results"),
 ) -> None:
-    """Selects the cheapest models whose estimated error meets the tolerance, with the reasons; writes NAME.select.nc,
-    with several tolerances NAME.select.TOLERANCE.nc."""
+    """Selects the cheapest models whose estimated error meets the tolerance, with the reasons.
+
+    Writes NAME.select.nc, with several tolerances NAME.select.TOLERANCE.nc.
+    """
     extras = ["true error"] * (audit or study) + ["least\n[s]", "ratio"] * study
     table = Table("scene", "asked", "estimate", "run\n[s]", "search\n[s]", *extras)  # 80 columns hold all
     asked = [f"fidelity.quantities={list(quantities)!r}"] if quantities else []

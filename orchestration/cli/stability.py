@@ -28,8 +28,10 @@ def command(
     scheduler: Scheduler = None,
     workers: Workers = None,
 ) -> None:
-    """Maps where each coupling method fails over macro step and stiffness ratio, with the limits of theory (requires
-    tca-cosim[sweep]); writes NAME.stability.nc, .png, .svg."""
+    """Maps where each coupling method fails over macro step and stiffness ratio, with the limits of theory.
+
+    Requires tca-cosim[sweep]; writes NAME.stability.nc, .png, .svg.
+    """
     from ..studies import stability  # its theory and pictures take long to load
 
     with reported():

@@ -27,8 +27,11 @@ def command(
         float, typer.Option(min=1e-6, max=0.5, help="Error allowed in every output, share of its range")
     ] = 0.01,
 ) -> None:
-    """Verifies a coupled system of any FMUs: tests each FMU against its interface, runs macro steps H, H/2 and H/4,
-    compares energies and the monolith; writes NAME.verify.html and .json. Exit code 0: can be trusted; 1: cannot."""
+    """Verifies a coupled system of any FMUs.
+
+    Tests each FMU against its interface, runs macro steps H, H/2 and H/4, compares energies and the monolith; writes
+    NAME.verify.html and .json. Exit code 0: can be trusted; 1: cannot.
+    """
     from ..verification import coupling  # its solver takes long to load
 
     with reported():

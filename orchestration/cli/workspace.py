@@ -28,8 +28,10 @@ def command(
     points: Annotated[int, typer.Option(min=2, help="Number of powers of each TCA")] = 9,
     folder: Folder = Path("results"),
 ) -> None:
-    """Maps where constant voltages bring the tip, and how fast it can move there; writes NAME.workspace.csv and
-    .png."""
+    """Maps where constant voltages bring the tip, and how fast it can move there.
+
+    Writes NAME.workspace.csv and .png.
+    """
     from ..api import read
     from ..files import atomic_write, save_figure
     from ..planning import PlanLimits, workspace

@@ -150,7 +150,8 @@ def _first_step_method(component: WiredComponent, waveform: Extrapolation) -> Me
     """Return a method for an explicit step that extrapolation is too poor for.
 
     Cubics need two samples. After the start or an event there is one, whose tangent is an order less accurate than a
-    first step has to be, so that step is iterated where states can be restored."""
+    first step has to be, so that step is iterated where states can be restored.
+    """
     nodes = [torn.node for torn in component.interface.outputs]
     short = waveform.needs_derivatives and any(len(node.samples) < 2 for node in nodes)
     return create("iqn") if short and all(node.subsystem.can_rollback for node in component.nodes) else None
@@ -192,8 +193,10 @@ def _set_torn_inputs(component: WiredComponent, time: float, guesses: Mapping[No
 
 
 def _jacobian(component: WiredComponent) -> np.ndarray | None:
-    """Return the derivatives (n, n) of the residual by the unknowns, in nominals, by the chain rule along the last
-    sweep; None where a subsystem offers no directional derivatives."""
+    """Return the derivatives (n, n) of the residual by the unknowns, in nominals.
+
+    By the chain rule along the last sweep; None where a subsystem offers no directional derivatives.
+    """
     interface = component.interface
     guessed, swept = interface.seeds(), dict[Node, np.ndarray]()
     for node in component.nodes:

@@ -18,7 +18,8 @@ def convert_inputs(subsystem: Recorder, connections: Sequence[Connection]) -> Re
     """Return the subsystem as seen from its sources.
 
     connections: those that feed it. An input that a sum feeds has one port for each term. Limits and nominals of wired
-    inputs are given in the source's unit; everything else of the subsystem stays as it is."""
+    inputs are given in the source's unit; everything else of the subsystem stays as it is.
+    """
     kind = _SummedInputs if any(c.terms > 1 for c in connections) else _ConvertedInputs
     return cast(Recorder, kind(subsystem, connections))
 

@@ -153,7 +153,8 @@ def _cubic_between(a: Sample, b: Sample) -> np.ndarray:
 def _hermite_weights(h: float) -> np.ndarray:
     """Return W (4, 4) that maps value and slope at the start, rise over h [s], and slope at the end to c0..c3.
 
-    The rise stands in place of the end value, so that derivatives of constants are exactly zero."""
+    The rise stands in place of the end value, so that derivatives of constants are exactly zero.
+    """
     return np.array(
         (
             (1.0, 0.0, 0.0, 0.0),

@@ -16,11 +16,13 @@ __all__ = ["Component", "Connection", "components"]
 
 @dataclass(frozen=True)
 class Connection:
-    """A wire from an output to an input, each a pair (subsystem, variable); the target receives factor * value +
-    offset.
+    """A wire from an output to an input, each a pair (subsystem, variable).
+
+    The target receives factor * value + offset.
 
     Several wires into one input are the terms of a sum, which the target receives: term counts them from 0, terms says
-    how many there are."""
+    how many there are.
+    """
 
     source: tuple[str, str]
     target: tuple[str, str]
@@ -106,7 +108,8 @@ def _neighbours(names: Sequence[str], edges: Iterable[tuple[str, str]]) -> dict[
 def _strongly_connected(names: Sequence[str], after: Mapping[str, list[str]]) -> list[frozenset[str]]:
     """Return the strongly connected components (Kosaraju and Sharir: two depth-first searches, one of them backwards).
 
-    Networkx has them too, but loading it takes longer than a whole run."""
+    Networkx has them too, but loading it takes longer than a whole run.
+    """
     finished = [name for tree in _depth_first(names, after) for name in tree]
     before = _neighbours(names, ((other, one) for one in names for other in after[one]))
     return [frozenset(tree) for tree in _depth_first(finished[::-1], before)]

@@ -4,7 +4,8 @@ Connected variables measure the same quantity; values are converted where their 
 unit, any fits. Names may hold any character: a text is split where both its ends name a variable; where that leaves a
 choice, or none, a table {from = "fmu.output", to = "fmu.input"} says it.
 
-A source may be a weighted sum: '0.5*lower.T + 0.5*upper.T -> rod.T', with spaces round its signs."""
+A source may be a weighted sum: '0.5*lower.T + 0.5*upper.T -> rod.T', with spaces round its signs.
+"""
 
 from __future__ import annotations
 
@@ -30,7 +31,8 @@ _KEYS = ("from", "to", "factor", "offset", "convert")
 def wired(members: Mapping[str, Member], given: tuple[Any, Layer] | None) -> tuple[Connection, ...]:
     """Return the connections given, or the default ones whose target no signal drives.
 
-    members: by name; given: the value of the key `connections` and the layer that has it. Raises SceneError."""
+    members: by name; given: the value of the key `connections` and the layer that has it. Raises SceneError.
+    """
     if given is not None:
         return tuple(_given_connections(members, *given))
     layer = Layer("default wiring", "", {})
@@ -188,8 +190,10 @@ def _connect(
     offset: float = 0.0,
     convert: bool = True,
 ) -> list[Connection]:
-    """Connect two scalars, or two vectors element by element. factor, offset: a transformation after the conversion of
-    units."""
+    """Connect two scalars, or two vectors element by element.
+
+    factor, offset: a transformation after the conversion of units.
+    """
     outputs = _variables(members, source, "output", text, layer)
     inputs = _variables(members, target, "input", text, layer)
     if len(outputs) != len(inputs):

@@ -1,5 +1,6 @@
-"""A scene: the FMUs to run, their parameters, inputs and connections, as data. TOML in, frozen dataclasses out, checked
-against the FMUs' own XML.
+"""A scene: the FMUs to run, their parameters, inputs and connections, as data.
+
+TOML in, frozen dataclasses out, checked against the FMUs' own XML.
 
 KEYS says what a scene may have, Coupling what its table [coupling] may. Vectors may be given whole, V = [0, 1.5, 3], or
 as one value for all elements. Numbers are in the variable's unit, texts carry one, such as "40 mm".

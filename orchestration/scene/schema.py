@@ -1,7 +1,8 @@
 """Settings as frozen dataclasses, read from tables of a scene.
 
 Each field declares default, unit, range and meaning once: files are checked against it as against an FMU's variables,
-and the reference is written from it."""
+and the reference is written from it.
+"""
 
 from __future__ import annotations
 
@@ -50,7 +51,8 @@ def declared(kind: type) -> dict[str, Variable]:
 def settings(kind: type[T], tables: Iterable[tuple[Layer, Mapping[str, Any]]], prefix: str = "") -> T:
     """Return the dataclass with the values of the tables; later ones win.
 
-    prefix: of the keys in messages. Raises SceneError."""
+    prefix: of the keys in messages. Raises SceneError.
+    """
     known = declared(kind)
     values: dict[str, Any] = {}
     for layer, table in tables:

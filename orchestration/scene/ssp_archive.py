@@ -1,7 +1,8 @@
 """Entries and XML documents of an SSP archive.
 
 Documents of version 1 are checked against the standard's schemas. Of version 2, whose schemas are not published with
-FMPy, everything is read that version 1 can say; elements beyond that are refused by name."""
+FMPy, everything is read that version 1 can say; elements beyond that are refused by name.
+"""
 
 from __future__ import annotations
 
@@ -130,7 +131,7 @@ class SSPArchive:
         raise SceneError(f"{self.path}: {element}: {problem}")
 
     def resolve(self, source: str, element: str) -> str:
-        """Find the entry of a source, a URI relative to the archive's top: percent-encoded, with or without ./"""
+        """Find the entry of a source: a URI relative to the archive's top, percent-encoded or not."""
         parts = urlsplit(source)
         if parts.netloc or len(parts.scheme) > 1:
             self.refuse(element, f"source {source!r} lies outside the archive; put the file into it")
@@ -148,7 +149,8 @@ class SSPArchive:
         """Read and check an XML document. Its sources become relative to the archive's top.
 
         root_name: of its root element; a missing entry, malformed XML, a document that is not valid, and elements that
-        are not supported raise SceneError."""
+        are not supported raise SceneError.
+        """
         if entry not in self._entries:
             self.refuse(entry, "is not in the archive; an SSP archive has it at its top")
         try:

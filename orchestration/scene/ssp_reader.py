@@ -1,10 +1,12 @@
-"""An SSP archive (System Structure and Parameterization) as a layer of a scene: FMUs, connections, values, times, and
-the macro step where OMSimulator's annotation gives one.
+"""An SSP archive (System Structure and Parameterization) as a layer of a scene.
+
+It gives FMUs, connections, values, times, and the macro step where OMSimulator's annotation has one.
 
 Systems of co-simulation FMUs of SSP 1.0, and of 2.0 as far as it says what 1.0 can say: nested systems, signal
 dictionaries, parameter mappings, units of connectors and parameter files, linear transformations. Members of the scene
 have the names of the components, with the systems that contain them: motor, axle.motor. What else the standard has is
-refused by the name of its element."""
+refused by the name of its element.
+"""
 
 from __future__ import annotations
 

@@ -3,7 +3,8 @@
 Connectors are nodes of a graph whose edges are the connections, directed by the kinds of the connectors and not by
 their attributes start and end (SSP 1.0, 5.3.4.1). Systems and signal dictionaries only pass values on. Along a path
 units are converted where both ends of a connection have one; the linear transformation of a connection comes after
-that (SSP 1.0, 5.1.2)."""
+that (SSP 1.0, 5.1.2).
+"""
 
 from __future__ import annotations
 
@@ -27,8 +28,10 @@ _SOURCES, _TARGETS = ("output", "calculatedParameter"), ("input", "parameter")
 
 
 class Connector(NamedTuple):
-    """A connector of a component, a system or a signal dictionary. path: names of the elements from the outermost
-    system inwards; () is that system."""
+    """A connector of a component, a system or a signal dictionary.
+
+    path: names of the elements from the outermost system inwards; () is that system.
+    """
 
     path: tuple[str, ...]
     name: str
@@ -70,7 +73,8 @@ class Structure:
     """The flat system.
 
     systems: by path, from the outermost inwards; units: of the connectors that state one; definitions: units that the
-    SSD defines, by name. Raises SceneError, which names the element."""
+    SSD defines, by name. Raises SceneError, which names the element.
+    """
 
     archive: SSPArchive
     open_fmu: Callable[[Path], Archive]
@@ -113,7 +117,8 @@ class Structure:
         """Follow the connections from a connector to the variables of FMUs, whose units values are converted to.
 
         unit: of the value at the connector; None: that of the connector, if it states one. factor, offset: a
-        transformation of the value once it is in the connector's unit."""
+        transformation of the value once it is in the connector's unit.
+        """
         source, stated = self._variable(start), self.units.get(start)
         first = unit_of(source) if source else unit
         begin = ((stated, Edge(start, False, factor, offset)),)
@@ -130,7 +135,8 @@ class Structure:
     ) -> tuple[float, float]:
         """Factor and offset that convert a value given at a component's connector to the variable's unit.
 
-        factor, offset: a transformation of the value once it is in the connector's unit. Raises ValueError."""
+        factor, offset: a transformation of the value once it is in the connector's unit. Raises ValueError.
+        """
         stated = self.units.get(connector) or unit_of(variable)
         hops = ((stated, Edge(connector, False, factor, offset)),)
         return self._transformation(unit, hops, unit_of(variable), variable.relative)
@@ -300,8 +306,10 @@ class Structure:
     def _transformation(
         self, unit: Unit | None, hops: tuple[tuple[Unit | None, Edge], ...], last: Unit | None, difference: bool
     ) -> tuple[float, float]:
-        """Factor and offset along a path that begins in `unit` and ends in a variable of the unit `last`. Raises
-        ValueError."""
+        """Factor and offset along a path that begins in `unit` and ends in a variable of the unit `last`.
+
+        Raises ValueError.
+        """
         factor, offset = 1.0, 0.0
         for stated, edge in hops:
             if edge.suppressed:

@@ -1,7 +1,8 @@
 """Values that the parameter sets of an SSP archive give to the variables of its FMUs.
 
 Of several values of a variable the one bound at the outermost system holds; at one element, the one bound last (SSP
-1.0, 5.3.1.1). Names without a variable are ignored, as the standard has it, and named in a warning."""
+1.0, 5.3.1.1). Names without a variable are ignored, as the standard has it, and named in a warning.
+"""
 
 from __future__ import annotations
 
@@ -27,8 +28,11 @@ Scalar = float | int | bool | str
 
 @dataclass(frozen=True)
 class Value:
-    """A parameter of a set: kind as in Real, the value, its unit, if it states one, and the transformation that its
-    mapping asks for once the unit is converted."""
+    """A parameter of a set.
+
+    kind: as in Real; value; unit, if it states one; the transformation that its mapping asks for once the unit is
+    converted.
+    """
 
     name: str
     kind: str
@@ -54,7 +58,8 @@ def values(structure: Structure, chosen: str | None) -> dict[str, dict[str, Scal
     """Collect the values by component and variable, in the variables' units.
 
     chosen: name of a parameter set of the archive to take instead of those bound. Raises SceneError; warns with
-    SceneWarning of names that no variable has."""
+    SceneWarning of names that no variable has.
+    """
     reader = _Reader(structure, chosen)
     for path, component in sorted(structure.components.items(), key=lambda item: -len(item[0])):
         for value in reader.bound(component.element):

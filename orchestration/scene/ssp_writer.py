@@ -1,4 +1,4 @@
-"""A scene as an SSP 1.0 archive (System Structure and Parameterization), for tools that import whole systems:
+"""A scene as an SSP 1.0 archive (System Structure and Parameterization), for tools that import whole systems.
 
     SystemStructure.ssd       FMUs, connectors with units, connections
     resources/*.fmu           the FMUs
@@ -11,7 +11,8 @@ all inputs connected that have a connector. So the scene's signals are in the se
 All Real parameters are in every set, so that applying one set after another leaves nothing of the first; of the others
 those that a set or the scene gives. Enumerations are written as Integers, the form in which FMI 2.0 sets them: FMPy and
 OMSimulator pass them on as such; Ecos and libcosim have no enumerations and leave their start values with a warning
-(which the set `measured` changes). The set of the scene is bound."""
+(which the set `measured` changes). The set of the scene is bound.
+"""
 
 from __future__ import annotations
 
@@ -46,7 +47,8 @@ def write(path: Path, name: str = "step", overrides: Iterable[str] = ("rod.closu
     """Write a scene as an archive, with the parameter set that it names bound.
 
     The default closure, inside, needs no master that iterates. Raises SceneError, also where a signal is not
-    constant."""
+    constant.
+    """
     overrides = tuple(overrides)
     scene = read(name, overrides)
     sets = {set_name: read(name, (*overrides, f"parameters='{set_name}'")) for set_name in parameter_sets()}
@@ -57,7 +59,8 @@ def write(path: Path, name: str = "step", overrides: Iterable[str] = ("rod.closu
 def write_scene(path: Path, scene: Scene) -> None:
     """Write a scene that is read already as an archive, with its values as the one parameter set, `scene`.
 
-    Raises SceneError where a signal is not constant."""
+    Raises SceneError where a signal is not constant.
+    """
     _write(path, scene, {"scene": scene}, "scene")
 
 
@@ -201,7 +204,8 @@ def _simulation_information(system: etree._Element, scene: Scene) -> None:
     """Step and tolerance for OMSimulator: attributes for the current release, a child for older ones.
 
     OMSimulator hands the tolerance to the FMUs, in which a tolerance of a parameter set wins: the smallest of theirs
-    contradicts none by being looser."""
+    contradicts none by being looser.
+    """
     step, tolerance = repr(scene.coupling.macro_step), repr(_tolerance(scene))
     information = etree.SubElement(
         _oms_annotations(system),

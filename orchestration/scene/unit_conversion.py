@@ -1,7 +1,8 @@
 """Conversion between the units of variables that FMUs and SSP archives define.
 
 Two units are the same if exponents of the base units, factor and offset are (FMI 2.0.4, 2.2.2); rad is a base unit.
-Names decide only where a unit has no definition."""
+Names decide only where a unit has no definition.
+"""
 
 from __future__ import annotations
 

@@ -1,6 +1,7 @@
 """Checks of raw TOML values against the variables that an FMU declares.
 
-Every refusal names file, line, key, value, what is allowed and the remedy."""
+Every refusal names file, line, key, value, what is allowed and the remedy.
+"""
 
 from __future__ import annotations
 
@@ -58,8 +59,10 @@ def flat(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]
 
 
 def number(layer: Layer, key: str, raw: Any, variable: Variable, difference: bool = False) -> float:
-    """Read a finite number in the variable's unit; its range is checked unless it is a difference. Raises
-    SceneError."""
+    """Read a finite number in the variable's unit; its range is checked unless it is a difference.
+
+    Raises SceneError.
+    """
     if isinstance(raw, bool) or not isinstance(raw, (int, float, str)):
         example = "" if variable.unit == "1" else f", or a text with a unit, such as '1 {variable.unit}'"
         layer.refuse(key, raw, f"wrong type; give a number in {variable.unit!r}{example}")
@@ -122,11 +125,14 @@ def _items(variable: Variable) -> str:
 
 
 def signal(layer: Layer, key: str, raw: Any, variable: Variable) -> Signal:
-    """Read a signal: a constant, {steps = [[t, value], ...]}, {ramps = [[t, value], ...]}, or a table of SHAPES: {sine
-    = {offset, amplitude, period, phase}}, {impulse = {peak, width}}, {pulses = {high, width, period, count}}, or
-    {table = {file, column}} (columns.py), in short {file, column, hold}.
+    """Read a signal.
 
-    Integer, Boolean and enumeration variables take constants and steps. Raises SceneError."""
+    It is a constant, {steps = [[t, value], ...]}, {ramps = [[t, value], ...]}, or a table of SHAPES: {sine = {offset,
+    amplitude, period, phase}}, {impulse = {peak, width}}, {pulses = {high, width, period, count}}, or {table = {file,
+    column}} (columns.py), in short {file, column, hold}.
+
+    Integer, Boolean and enumeration variables take constants and steps. Raises SceneError.
+    """
     if isinstance(raw, SIGNAL_TYPES):
         for value in raw.extremes:
             _in_range(layer, key, type(raw).__name__, value, variable)

@@ -1,10 +1,11 @@
-"""Comparison of the master with CoFmuPy's (rollback, Gauss-Seidel, plain fixed point) on the same FMUs and wiring:
+"""Comparison of the master with CoFmuPy's (rollback, Gauss-Seidel, plain fixed point) on the same FMUs and wiring.
 
     python -m tca_cosim.benchmarks.peers.cofmupy --python /where/CoFmuPy/is/installed/bin/python
 
 CoFmuPy needs an environment of its own (pip install cofmupy), where cofmupy_side.py runs. Theory: plain iteration
 multiplies an error by the loop gain in every sweep, so it converges only below 1. Errors are the largest of all macro
-steps, against b/(1 + g) and against the rod that closes the loop inside."""
+steps, against b/(1 + g) and against the rod that closes the loop inside.
+"""
 
 from __future__ import annotations
 
@@ -67,7 +68,8 @@ class MasterRun:
     """A run of one of the masters.
 
     failure: its message, empty where it reached the end; watched: (n, variables) at the ends of the macro steps
-    done."""
+    done.
+    """
 
     failure: str
     watched: np.ndarray

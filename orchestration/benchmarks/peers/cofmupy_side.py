@@ -1,12 +1,14 @@
-"""Run of a job by CoFmuPy, executed under the Python that has it: JSON from stdin, the answer in JSON as the last line
-of stdout.
+"""Run of a job by CoFmuPy, executed under the Python that has it.
+
+The job is JSON from stdin, the answer JSON in the last line of stdout.
 
 job: fmus [{id, path, reals, integers, booleans (name -> value), outputs [name]}], connections [[id, variable, id,
 variable]], step [s], steps, watch [[id, variable]]. Answer: version, failure ("" if complete), times, watched (steps,
 variables), cpu [s]. CoFmuPy sets and reads everything as Real, reads all outputs and leaves the order in a loop to
 chance; so other types are set here before it starts, only wired outputs are named to it, and loops are
 ordered as in the job. A job {build: {source, folder}} builds an FMU from a source of PythonFMU, which comes with
-CoFmuPy, and answers with its path."""
+CoFmuPy, and answers with its path.
+"""
 
 from __future__ import annotations
 

@@ -1,7 +1,8 @@
 """PyElastica: discrete Cosserat rod, position Verlet, steps close to the largest stable ones.
 
 Its material law divides stress by stretch, so it converges to another solution (0.8 % away); it is measured against
-that one, extrapolated from fine grids."""
+that one, extrapolated from fine grids.
+"""
 
 from __future__ import annotations
 

@@ -1,6 +1,7 @@
 """Exudyn: geometrically exact beams, generalised-alpha, modified Newton method, its build without range checks.
 
-Planar with linear or quadratic elements; spatial with linear ones."""
+Planar with linear or quadratic elements; spatial with linear ones.
+"""
 
 from __future__ import annotations
 

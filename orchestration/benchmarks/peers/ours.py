@@ -20,7 +20,8 @@ _DAMPED = ((1, 0.1), (2, 0.1), (2, 0.05), (2, 0.01), (2, 1e-3), (2, 1e-4), (3, 0
 def settings(damped: bool) -> list[Setting]:
     """Settings that are measured.
 
-    dim: 3 spatial, 2 planar; outputs: 5 at the reference's times only, else that many at equal intervals."""
+    dim: 3 spatial, 2 planar; outputs: 5 at the reference's times only, else that many at equal intervals.
+    """
     pairs = _DAMPED if damped else _UNDAMPED
     return [
         {"dim": dim, "outputs": count, "order": k, "tolerance": tol}

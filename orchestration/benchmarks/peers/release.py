@@ -1,7 +1,8 @@
 """The release problem that all codes solve, in SI units.
 
 The bare rod, straight, clamped and at rest, is released under transverse gravity for one second, undamped or with
-Kelvin-Voigt damping. Reference and its origin: rod_release.csv."""
+Kelvin-Voigt damping. Reference and its origin: rod_release.csv.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +25,8 @@ class ReleaseProblem:
     """Parameters and reference of the release.
 
     archive: rod.fmu, whose start values are the geometry and E, nu; times: (5,) [s]; reference: (5, 2) [m], the tip
-    along the axis and across it at these times."""
+    along the axis and across it at these times.
+    """
 
     gravity, rho, shear_factor = 9.81, 1070.0, 27 / 28  # the shear factor that PyElastica has built in
 

@@ -38,7 +38,8 @@ class PeerRow:
 
     Times are CPU seconds per second simulated, median and quartiles; errors of the tip in um, at 0.1 s and the largest
     at the reference's times; ratios of the time to that of the fastest of our rows whose error is no larger. nan:
-    unknown."""
+    unknown.
+    """
 
     code: str
     damped: bool
@@ -60,7 +61,8 @@ class PeerRow:
 def compare_peers(repeats: int = 5, modules: Sequence[str] = tuple(CODES)) -> tuple[list[PeerRow], list[str]]:
     """Measure all codes: rows with ratios, and notes on machine, versions and codes that are not installed.
 
-    A first round warms up."""
+    A first round warms up.
+    """
     codes, notes = _load(modules)
     with Archive(find_fmu("rod.fmu")) as archive:
         cases = [ReleaseProblem(archive, damped) for damped in (False, True)]

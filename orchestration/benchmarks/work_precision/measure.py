@@ -64,7 +64,8 @@ def measure_points(
 
     The first run of a point is cold and not among `warm`; then come `repeats` rounds, each of all points in turn, so
     that a disturbance of the machine affects all alike. limit: CPU time of a first run [s], as in Solver.run; progress:
-    called after each point of each round."""
+    called after each point of each round.
+    """
     with threadpool_limits(1):
         points, live = [MeasuredPoint(trial) for trial in trials], {}
         for k, point in enumerate(points):

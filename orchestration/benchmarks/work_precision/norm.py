@@ -1,7 +1,8 @@
 """Error norm of a chart and its Pareto front.
 
 error = sqrt(mean over quantities, elements and times of ((y - y_ref)/range)^2). The range of a quantity is that of its
-element that varies most over the output times; the start is left out."""
+element that varies most over the output times; the start is left out.
+"""
 
 from __future__ import annotations
 
@@ -25,7 +26,8 @@ class ErrorNorm:
     """The norm that errors of one scene are measured in.
 
     times: (n,) of the output [s]; reference: values (n, elements) of each quantity; ranges: of each quantity, in its
-    unit."""
+    unit.
+    """
 
     times: np.ndarray
     reference: dict[str, np.ndarray]
@@ -57,7 +59,8 @@ class ErrorNorm:
 def values_at(result: xr.Dataset, name: str, times: np.ndarray) -> np.ndarray:
     """Values (n, elements) of a quantity at times that must be among those of the result, which ascend.
 
-    Raises CosimError where a time is missing."""
+    Raises CosimError where a time is missing.
+    """
     there = result["time"].to_numpy()
     right = np.clip(np.searchsorted(there, times), 0, there.size - 1)
     left = np.maximum(right - 1, 0)
@@ -72,7 +75,8 @@ def values_at(result: xr.Dataset, name: str, times: np.ndarray) -> np.ndarray:
 def pareto_front(errors: np.ndarray, costs: np.ndarray) -> np.ndarray:
     """Which of n points lie on the Pareto front: (n,) of bool.
 
-    A point does where it is finite and no other has both no larger error and no larger cost, one of them smaller."""
+    A point does where it is finite and no other has both no larger error and no larger cost, one of them smaller.
+    """
     front = np.zeros(errors.size, dtype=bool)
     good = np.flatnonzero(np.isfinite(errors) & np.isfinite(costs))
     last = (np.inf, np.inf)  # error and cost of the last point on the front

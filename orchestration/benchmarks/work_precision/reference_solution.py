@@ -1,6 +1,7 @@
 """Reference solution of a chart: the monolith, refined in space and time, at two levels.
 
-The difference between the two is the floor below which measured errors have no meaning."""
+The difference between the two is the floor below which measured errors have no meaning.
+"""
 
 from __future__ import annotations
 
@@ -27,6 +28,7 @@ def solve_reference(
 ) -> xr.Dataset:
     """Solve one level: its `set` are overrides of the scene, `tolerance` is that of the integrator.
 
-    progress is called with the share done."""
+    progress is called with the share done.
+    """
     at_time = (lambda time: progress(time / times[-1])) if progress else (lambda time: None)
     return monolith.solve_monolith(read(source, [*overrides, *level["set"]]), level["tolerance"], times, at_time)

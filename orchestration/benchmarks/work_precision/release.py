@@ -1,5 +1,7 @@
-"""Figure of the release of the bare rod beside other codes (requires tca-cosim[peers]), from the table of
-`tca-cosim peers`: error of the tip at 0.1 s against CPU time, undamped and damped."""
+"""Figure of the release of the bare rod beside other codes (requires tca-cosim[peers]).
+
+From the table of `tca-cosim peers`: error of the tip at 0.1 s against CPU time, undamped and damped.
+"""
 
 from __future__ import annotations
 

@@ -86,7 +86,8 @@ class ChartPlan:
     """All series of a chart.
 
     outputs: number of evenly spaced outputs; panels: key -> title, in order; reference: settings of its two levels,
-    coarse and fine."""
+    coarse and fine.
+    """
 
     outputs: int
     panels: Mapping[str, str]

@@ -1,5 +1,7 @@
-"""The solvers of a chart behind one protocol, so that all are timed alike: loading and rewinding are not timed, runs
-are."""
+"""The solvers of a chart behind one protocol, so that all are timed alike.
+
+Loading and rewinding are not timed, runs are.
+"""
 
 from __future__ import annotations
 
@@ -33,7 +35,8 @@ PATIENCE = 20.0  # limit of a search, and of solvers in Python, over that of a r
 class TimeLimitError(Exception):
     """The CPU time is used up.
 
-    Not a CosimError: a search would take that for a run that fails, and go on."""
+    Not a CosimError: a search would take that for a run that fails, and go on.
+    """
 
 
 class Solver(Protocol):
@@ -61,7 +64,8 @@ class Solver(Protocol):
         """Run to the stop time.
 
         limit: CPU time [s]; PATIENCE times that for a search or a solver in Python; inf: none. Raises CosimError,
-        TimeLimitError."""
+        TimeLimitError.
+        """
 
     def result(self) -> xr.Dataset:
         """The result of the last run, with the output times among its times."""
@@ -117,7 +121,8 @@ class CoSimulation:
 class _Counter:
     """Counts what the output `evaluations` of an FMU adds up to, if it has one; restored states set that output back.
 
-    total: the count so far; nan without such an output."""
+    total: the count so far; nan without such an output.
+    """
 
     def __init__(self, member: Member, slave: Recorder) -> None:
         names = [variable.name for variable in recorded_variables(member)]
@@ -144,7 +149,8 @@ class Auto(CoSimulation):
     """The master with models and macro step chosen by model selection for the quantities of the chart's error.
 
     The search is part of the first run. The reference has inertia where the scene has it, so that a choice may leave it
-    out but not add it."""
+    out but not add it.
+    """
 
     settings: ClassVar[tuple[str, ...]] = ("tolerance",)
 

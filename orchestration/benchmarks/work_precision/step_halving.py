@@ -1,7 +1,8 @@
 """Coupling error: the co-simulation against the monolith of the same models, as macro steps are halved.
 
 All other tolerances are tight, so that the difference decreases at the order of exchange and waveform until they are
-reached."""
+reached.
+"""
 
 from __future__ import annotations
 

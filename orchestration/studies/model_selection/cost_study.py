@@ -51,7 +51,8 @@ def candidates(hierarchies: Hierarchies, choices: Sequence[Choice]) -> Iterator[
     """Choices that may be cheaper: what is finer in everything comes after what is coarser.
 
     All models of the rod, with time steps from the coarsest to the finest chosen and with the choices' finest heat and
-    longest macro step, both of which cost little or nothing; then the coarsest heat with the rods chosen."""
+    longest macro step, both of which cost little or nothing; then the coarsest heat with the rods chosen.
+    """
     finest = {h.name: max(choice[h.name] for choice in choices) for h in hierarchies}
     fixed = {**finest, "macro": min(choice["macro"] for choice in choices)}
     varied = {h.name: range(len(h.levels)) for h in hierarchies if h.name in ("strains", "inertia", "order")}
@@ -68,7 +69,8 @@ def cost_study(
     """Rate selections for one scene and several tolerances against all candidates.
 
     Runs the selections, the reference and every candidate that is not too expensive, over the whole scene.
-    progress(done, count) is called before each candidate."""
+    progress(done, count) is called before each candidate.
+    """
     hierarchies, chosen = selections[0].hierarchies, [selection.search.choice for selection in selections]
     rating = ChoiceRating(selections)
     rated = [rating.rate(choice) for choice in chosen]

@@ -1,7 +1,8 @@
 """Choices that earlier searches made, in this process or another one: the same scene is not searched twice.
 
 A choice is known by all that decides it: the scene with its FMUs and what it asks for, and the code that searches.
-`fidelity.search = "anew"` searches whatever is known, and replaces it."""
+`fidelity.search = "anew"` searches whatever is known, and replaces it.
+"""
 
 from __future__ import annotations
 
@@ -28,7 +29,8 @@ _CODE = ("studies/model_selection", "cosim", "simulation.py", "scene/loop_closur
 class KeptChoice:
     """A choice and what its search found.
 
-    choice: level of each hierarchy; record: Selection.record() of the search."""
+    choice: level of each hierarchy; record: Selection.record() of the search.
+    """
 
     choice: Choice
     record: Mapping[str, Any]

@@ -1,7 +1,8 @@
 """Error of a run in the quantities that a scene asks for, relative to their ranges.
 
 The error is the rms over the common times of the distance between two trajectories, divided by the range: the diagonal
-of the box that the quantity moves in, at least a share of its nominal."""
+of the box that the quantity moves in, at least a share of its nominal.
+"""
 
 from __future__ import annotations
 

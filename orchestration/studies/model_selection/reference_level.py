@@ -19,7 +19,8 @@ def reference_choice(runs: RunCache, hierarchies: Hierarchies, choices: Sequence
     """The finest level of every hierarchy, the rod's time steps only as fine as they make a difference.
 
     Undamped waves cost minutes at the finest time steps, so the finer of the first two levels that agree is taken; they
-    are compared with a coarser heat, which loads faster. tolerance: the smallest one that an error is compared with."""
+    are compared with a coarser heat, which loads faster. tolerance: the smallest one that an error is compared with.
+    """
     finest = {h.name: len(h.levels) - 1 for h in hierarchies}
     best = {**finest, "macro": min(max(choice["macro"] for choice in choices) + _HALVINGS, finest["macro"])}
     if "step" in best:

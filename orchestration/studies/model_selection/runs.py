@@ -47,7 +47,8 @@ class ResumableRun:
     def advance_to(self, stop: float, limit: float = math.inf) -> bool:
         """Go on to `stop` [s]; whether it got there before its cost exceeded `limit` [s].
 
-        Raises the error with which it ended before."""
+        Raises the error with which it ended before.
+        """
         if self._passed(stop):
             return True
         if self._failure is not None:

@@ -7,7 +7,8 @@ all can cost twenty times as much. The hierarchy that contributes most is refine
 the whole budget. In the end levels are coarsened as far as the estimate allows.
 
 Oden, Prudhomme: Estimation of modeling error in computational mechanics. J. Comput. Phys. 182, 2002 (hierarchical
-estimates in a quantity of interest)."""
+estimates in a quantity of interest).
+"""
 
 from __future__ import annotations
 
@@ -59,7 +60,8 @@ def refine(
 ) -> Choice:
     """Refine a choice until its estimated error until `stop` [s] is at most SHARE * tolerance.
 
-    Raises CosimError where no choice meets that."""
+    Raises CosimError where no choice meets that.
+    """
     allowed = SHARE * tolerance
     while True:
         estimate = runs.difference(choice, comparison_choice(hierarchies, choice), stop)

@@ -69,7 +69,8 @@ class Selection:
         """What a result says of the selection; None for errors that no run could show.
 
         true: the error that an audit gave. Times are CPU times [s]: of the run after loading, of the search with
-        loading."""
+        loading.
+        """
         terms = {term: sum(self.search.gaps[h.name] for h in self.hierarchies if h.term == term) for term in _TERMS}
         shares = {**terms, "estimate": self.search.estimate, **({} if true is None else {"true_error": true})}
         return {
@@ -184,7 +185,8 @@ def run_selected_table(
 
     What an earlier search chose for the same scene is taken, unless it says search = "anew"; the record says so
     (budget.reused). progress is called with the time [s] of a run with given models, status with what a selection is
-    doing. Raises what simulation.run and select raise."""
+    doing. Raises what simulation.run and select raise.
+    """
     if scene.accuracy.level == "given":
         return simulation.run_table(scene, progress)
     known = kept_choice(scene)

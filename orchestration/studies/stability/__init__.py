@@ -5,7 +5,8 @@
 
 Every cell of a map is a short run. verdict: classification of a run; model_problems: analytic systems with known
 limits; theory: limits of the rod; rod, oscillators: the two kinds of maps; study: axes, panels and dataset of a map;
-chart: the figure."""
+chart: the figure.
+"""
 
 from . import chart
 from .oscillators import oscillator_study

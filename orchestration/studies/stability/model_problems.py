@@ -83,7 +83,8 @@ def two_masses(kind: str, c: float = 1.0, d: float = 1.0, cc: float = 1.0, dc: f
     """Two unit masses, each on a spring c and damper d, coupled by a spring cc and damper dc (Busch, Schweizer).
 
     kind force: force/displacement coupling, the coupling spring belongs to the second mass; displacement:
-    displacement/displacement coupling, both have it."""
+    displacement/displacement coupling, both have it.
+    """
     own, coupled = [[0, 1], [-c, -d]], [[0, 1], [-c - cc, -d - dc]]
     other, states, none = [[0, 0], [cc, dc]], [[1, 0], [0, 1]], [[0, 0], [0, 0]]
     second = linear("b", coupled, other, states, none, [0.5, 0], "x v", "y w")
@@ -113,7 +114,8 @@ def couple(
     """Couple subsystems until `stop` [s]; the master there and its log.
 
     through: extrapolation method of inputs known at both ends of a step; settings: of the master. Raises CouplingError,
-    SubsystemError."""
+    SubsystemError.
+    """
     master = connected(systems, connections, method, waveform, through, jacobi, signals, observe, **settings)
     return master, list(drive(master, control or Fixed(step), 0.0, stop, breaks))
 
@@ -152,7 +154,8 @@ def state_record(
 ) -> tuple[list[np.ndarray], list[StepLog]]:
     """States (n,) after each of `count` macro steps of exactly that length [s], and the log.
 
-    The start excites all states. Raises CouplingError."""
+    The start excites all states. Raises CouplingError.
+    """
     for system in systems:
         system.start = system.start + 0.1 * np.arange(1.0, system.start.size + 1.0)
     master = connected(

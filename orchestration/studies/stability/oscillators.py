@@ -3,7 +3,8 @@
 Split Dahlquist x' = -x + u, u = -r x; an actuator of relative stiffness r on an oscillator, x'' = -x - d x' - r x; two
 masses with a spring and a damper of strength r between them (Busch, Schweizer), as force against displacement (F/D) or
 displacement against displacement (D/D). Limits at one strength that have no closed form are marked as points; they
-are roots of the spectral radius of exact step matrices minus 1."""
+are roots of the spectral radius of exact step matrices minus 1.
+"""
 
 from __future__ import annotations
 
@@ -38,7 +39,8 @@ def judge_run(system: str, how: dict[str, Any], step: float, strength: float) ->
     """Verdict on one run of a system of MODEL_PROBLEMS.
 
     how: settings of model_problems.couple; step: macro step [s]; strength: of the coupling. Plain iteration is judged
-    by the convergence of one step alone."""
+    by the convergence of one step alone.
+    """
     plain, explicit = how["method"] == "plain", how["method"] is None
     try:
         record, logs = model_problems.state_record(*MODEL_PROBLEMS[system](strength), step, 1 if plain else 80, **how)
@@ -129,7 +131,8 @@ def _euler(steps: np.ndarray) -> np.ndarray:
 def _damped(steps: np.ndarray) -> np.ndarray:
     """Strength at which det(P - r (1 - P) e e^T) reaches 1, P = exp(A H), e = (1, 0): about 2 d/H for short steps.
 
-    The change is of rank one in r, so that det P (1 - r ((P^-1)_11 - 1)) = 1."""
+    The change is of rank one in r, so that det P (1 - r ((P^-1)_11 - 1)) = 1.
+    """
     A = np.array([[0.0, 1.0], [-1.0, -DAMPING]])
     limits = []
     for step in steps:

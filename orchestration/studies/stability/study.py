@@ -62,7 +62,8 @@ def run_study(study: StabilityStudy, worker: Worker[list[Verdict]] = serial) -> 
     """Judge a run for every cell of every panel.
 
     Returns a Dataset with verdict (a flag), sweeps, gain and growth over (panel, step, strength), and the limit of
-    theory over (panel, step). worker executes the rows: here, or spread over processes."""
+    theory over (panel, step). worker executes the rows: here, or spread over processes.
+    """
     shape = len(study.panels), len(study.steps), len(study.strengths)
     rows = [partial(_row, panel.judge, float(h), study.strengths) for panel in study.panels for h in study.steps]
     judged: list[list[Verdict]] = [[] for _ in rows]

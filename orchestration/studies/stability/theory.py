@@ -9,7 +9,8 @@ with B(s) the rotation of a Timoshenko beam's end per end moment. One backward E
 Laplace transform does at s = 1/H: quasi-static for long steps (F -> L/EA, B -> L/EI), stiff with inertia for short
 ones. For one mode of frequency omega alone the factor is 1/(1 + 1/(omega H)^2).
 
-Explicit coupling lags one step: an error that alternates, e_n = (-1)^n e, meets the rod at s = (1 - (-1))/H = 2/H."""
+Explicit coupling lags one step: an error that alternates, e_n = (-1)^n e, meets the rod at s = (1 - (-1))/H = 2/H.
+"""
 
 from __future__ import annotations
 
@@ -73,7 +74,8 @@ class Beam:
         """Rotational compliance B(s) [1/(N m)] of a Timoshenko beam.
 
         w' = theta + Q/(ks G A), theta' = M/(E I), M' = -Q + rho I s^2 theta, Q' = rho A s^2 w, clamped at 0, Q = 0 at
-        L. Lengths are in units of L, so that the exponential is well scaled."""
+        L. Lengths are in units of L, so that the exponential is well scaled.
+        """
         stiffening = 1.0 + self.retardation * s
         EI = self.E * stiffening * math.pi * self.radius**4 / 4.0
         GA = self.shear_factor * self.E * stiffening * self.area / (2.0 * (1.0 + self.nu))
@@ -92,7 +94,8 @@ class Beam:
 def stability_limit(beam: Beam, steps: np.ndarray, method: str, waveform: str, omega: float) -> np.ndarray:
     """Stiffness ratio k_tca/(EA/L) above which a method fails, for macro steps (n,) [s]; nan where it never does.
 
-    omega: factor of constant relaxation, which converges below the gain 2/omega - 1."""
+    omega: factor of constant relaxation, which converges below the gain 2/omega - 1.
+    """
     threshold = 2.0 / omega - 1.0 if method == "relaxed" else LIMITS.get((method, waveform), math.nan)
     share = 0.5 if method == "none" else 1.0
     return np.array([threshold / beam.gain(share * step, beam.stiffness) for step in steps])

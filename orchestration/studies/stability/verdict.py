@@ -2,7 +2,8 @@
 
 converged: every macro step was solved and the run decays or stays; diverged: the iteration of a macro step moved away
 from its solution; unstable: every step was solved, but the run grows from step to step; slow: the residual still
-decreased when the sweeps were used up."""
+decreased when the sweeps were used up.
+"""
 
 from __future__ import annotations
 
@@ -56,7 +57,8 @@ def verdict_of_run(logs: Sequence[StepLog], growth: float = math.nan) -> Verdict
 def verdict_of_failure(error: CouplingError, explicit: bool) -> Verdict:
     """Verdict on a run that the master gave up.
 
-    The second half of the residuals decides, where transients are over."""
+    The second half of the residuals decides, where transients are over.
+    """
     residuals = error.residuals
     closing = len(residuals) > 2 and residuals[-1] < residuals[len(residuals) // 2]
     kind = "unstable" if explicit else "slow" if closing else "diverged"
@@ -66,7 +68,8 @@ def verdict_of_failure(error: CouplingError, explicit: bool) -> Verdict:
 def spectral_growth(record: Sequence[np.ndarray]) -> float:
     """Spectral radius of one macro step as a linear map of states and history, identified from states (n,) per step.
 
-    Delay vectors of the states follow the map; a least-squares fit of it has its eigenvalues."""
+    Delay vectors of the states follow the map; a least-squares fit of it has its eigenvalues.
+    """
     states = np.array(record[DELAYS:]).T  # the first steps have less history
     delayed = np.vstack([states[:, k : states.shape[1] - DELAYS + k] for k in range(DELAYS)])
     size = np.linalg.norm(delayed, axis=0)
@@ -89,7 +92,8 @@ def alternating_growth(record: Sequence[np.ndarray]) -> float:
     """Growth per step of the part of a record that alternates from step to step, as errors of explicit coupling do.
 
     The rms of second differences in the last third of the run over that in the middle third. nan where they keep their
-    sign: then only the motion itself is left, whose oscillation a short run cannot tell from growth."""
+    sign: then only the motion itself is left, whose oscillation a short run cannot tell from growth.
+    """
     second = np.diff(np.array(record), n=2, axis=0)
     third = len(second) // 3
     middle, last = second[-2 * third : -third], second[-third:]

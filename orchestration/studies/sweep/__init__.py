@@ -6,7 +6,8 @@
 
 Runs are spread over processes; completed runs are kept on disk and reused. plan: the file of a sweep; parameter: one
 varied parameter; design: samples of the unit cube; task: one run; store: completed runs on disk; sensitivity: influence
-of each parameter; study: the whole sweep; chart: the figure."""
+of each parameter; study: the whole sweep; chart: the figure.
+"""
 
 from . import chart
 from .plan import KEYS, OutputColumns, SweepPlan, SweepSettings, read_plan

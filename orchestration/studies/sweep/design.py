@@ -1,6 +1,7 @@
 """Designs of experiments: samples of the unit cube, one row per run, one column per parameter.
 
-A grid samples the middle of each cell, so that the values of a distribution there are equally likely."""
+A grid samples the middle of each cell, so that the values of a distribution there are equally likely.
+"""
 
 from __future__ import annotations
 
@@ -59,7 +60,8 @@ def saltelli_base(runs: int, parameters: int) -> int:
     """Base size n of the n (parameters + 2) runs from which Sobol' indices are estimated.
 
     The runs are A, B, and A with each column from B (Saltelli et al., Comput. Phys. Commun. 181, 2010). Raises
-    CosimError where `runs` is not such a number."""
+    CosimError where `runs` is not such a number.
+    """
     n = max(runs // (parameters + 2), 1)
     lower = 1 << (n.bit_length() - 1)
     if lower * (parameters + 2) != runs:

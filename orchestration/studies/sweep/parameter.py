@@ -5,7 +5,8 @@
     "rod.strains" = ["bending", "extensible"]
     "thermal.tca.offset, rod.tca.offset" = ["2.4 mm", "2.6 mm"]                     one value for both
 
-loc and scale are in the parameter's unit, shapes are pure numbers."""
+loc and scale are in the parameter's unit, shapes are pure numbers.
+"""
 
 from __future__ import annotations
 

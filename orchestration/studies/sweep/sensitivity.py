@@ -15,7 +15,8 @@ __all__ = ["rank_correlation", "sobol_indices"]
 def rank_correlation(settings: np.ndarray, outputs: np.ndarray) -> np.ndarray:
     """Spearman's rank correlation (parameters, columns), nan where nothing varies.
 
-    settings: (runs, parameters); outputs: (runs, columns)."""
+    settings: (runs, parameters); outputs: (runs, columns).
+    """
     parameters, columns = settings.shape[1], outputs.shape[1]
     if len(settings) < 3:
         return np.full((parameters, columns), np.nan)
@@ -30,7 +31,8 @@ def rank_correlation(settings: np.ndarray, outputs: np.ndarray) -> np.ndarray:
 def sobol_indices(parameters: int, outputs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Sobol' indices of first and total order, (parameters, columns) each; nan where nothing varies or a run failed.
 
-    outputs: (n (parameters + 2), columns) in the order of the design `saltelli`."""
+    outputs: (n (parameters + 2), columns) in the order of the design `saltelli`.
+    """
     n = saltelli_base(len(outputs), parameters)
     blocks = outputs.reshape(parameters + 2, n, -1)
     first, total = (np.full((parameters, outputs.shape[1]), np.nan) for _ in range(2))

@@ -1,6 +1,7 @@
 """Completed runs on disk, so that an interrupted sweep resumes and reuses them.
 
-An SQLite file; a run is identified by its overrides, and a block of runs is one transaction."""
+An SQLite file; a run is identified by its overrides, and a block of runs is one transaction.
+"""
 
 from __future__ import annotations
 
@@ -26,7 +27,8 @@ class Store:
     """The file of one sweep; one process at a time writes. Use as a context manager, or close().
 
     path: of the file; identity: SweepPlan.identity(), a file of another sweep is refused; rows: number of times kept.
-    Raises CosimError."""
+    Raises CosimError.
+    """
 
     def __init__(self, path: Path, identity: Mapping[str, str], rows: int) -> None:
         self.path, self._rows = path, rows

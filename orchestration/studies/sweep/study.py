@@ -88,7 +88,8 @@ def _blocks(
 ) -> Iterator[list[RunOutcome]]:
     """Yield the outcomes of the runs that are missing, in blocks: those of the engine, then those of the worker.
 
-    values: of the parameters by the overrides of a run."""
+    values: of the parameters by the overrides of a run.
+    """
     left: list[tuple[str, ...]] = []
     columns = {p.name: [values[run][k] for run in missing] for k, p in enumerate(plan.parameters)}
     single = all("," not in name for name in columns)  # parameters of one value are left to the master
@@ -113,7 +114,8 @@ def _dataset(plan: SweepPlan, outcomes: list[RunOutcome]) -> xr.Dataset:
     """The labelled Dataset of all runs.
 
     For each output NAME (run, time, ...) also NAME.quantile (quantile, time, ...), NAME.rank_correlation and, from
-    design `saltelli`, NAME.first_order, NAME.total_order (parameter, time, ...)."""
+    design `saltelli`, NAME.first_order, NAME.total_order (parameter, time, ...).
+    """
     columns = plan.columns()
     width = sum(output.count for output in columns.values())
     absent = np.full((plan.times.size, width), np.nan)
@@ -152,7 +154,8 @@ def _statistics(
 ) -> dict[str, tuple[str, np.ndarray, dict[str, str]]]:
     """Quantiles and sensitivities of one output over the runs that did not fail.
 
-    values: (run, time, element). Values of a list are ranked in the order of the list."""
+    values: (run, time, element). Values of a list are ranked in the order of the list.
+    """
     good = ~np.isnan(values).all(axis=(1, 2))
     flat = values.reshape(len(values), -1)
     shape = (len(plan.parameters), *values.shape[1:])

@@ -18,7 +18,8 @@ class RunOutcome:
     """Result of one run.
 
     overrides: what is set in this run alone; series: (times, columns of all outputs), None where the run failed;
-    failure: its message, empty where it did not."""
+    failure: its message, empty where it did not.
+    """
 
     overrides: tuple[str, ...]
     series: np.ndarray | None
@@ -37,7 +38,8 @@ class SweepTask:
     """A run to be done; calling it runs it.
 
     source: name or file of the scene; common: overrides of every run; overrides: those of this one; outputs: names of
-    what is kept; times: (n,) [s] at which it is kept, linear between macro steps."""
+    what is kept; times: (n,) [s] at which it is kept, linear between macro steps.
+    """
 
     source: str
     common: tuple[str, ...]

@@ -1,6 +1,7 @@
 """Tests of a single FMU against what its interface promises, on the inputs that it saw in the coupled run.
 
-Everything is compared in the recorded variables (Real inputs and outputs), as shares of their ranges."""
+Everything is compared in the recorded variables (Real inputs and outputs), as shares of their ranges.
+"""
 
 from __future__ import annotations
 
@@ -34,7 +35,8 @@ _SUBSTEPS = 16  # held steps that an interpolated input is compared with
 class Check:
     """One test of one FMU.
 
-    passed: None where it does not apply; deviation: what was found, share of the range; text: in words."""
+    passed: None where it does not apply; deviation: what was found, share of the range; text: in words.
+    """
 
     name: str
     passed: bool | None
@@ -77,7 +79,8 @@ class _Case:
     def step(self, instance: Recorder, k: int, parts: int = 1, shift: float = 0.0) -> np.ndarray:
         """Step over segment k in equal parts under held inputs; the recorded variables after it.
 
-        shift: moves the inputs by that share of their size."""
+        shift: moves the inputs by that share of their size.
+        """
         polynomials = np.zeros((4, self.course.values.shape[1]))
         polynomials[0] = self.shifted(k, shift)
         begin, end = self.course.times[k : k + 2]

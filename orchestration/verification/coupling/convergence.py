@@ -3,7 +3,8 @@
 With d1 = |y_H - y_(H/2)| and d2 = |y_(H/2) - y_(H/4)| (rms over the times of the first run, share of the range) the
 observed order is p = log2(d1/d2). Where the differences shrink like a geometric series of ratio r = 2^-p, the error of
 y_H is d1/(1 - r), that of y_(H/4) is d2 r/(1 - r) (Richardson; Roache: Perspective. A method for uniform reporting of
-grid refinement studies. J. Fluids Eng. 116, 1994)."""
+grid refinement studies. J. Fluids Eng. 116, 1994).
+"""
 
 from __future__ import annotations
 
@@ -87,7 +88,8 @@ def scales_of(names: Sequence[str], nominals: Sequence[float], values: np.ndarra
     """Scale of each course in values (n, k), and whether it moves.
 
     The elements of a vector share the largest range among them, so that rounding in a component that rests counts as
-    nothing. Where none moves, the scale is their magnitude."""
+    nothing. Where none moves, the scale is their magnitude.
+    """
     spans: dict[str, float] = {}
     sizes: dict[str, float] = {}
     vectors = [name.partition("[")[0] for name in names]

@@ -2,7 +2,8 @@
 
 Two members share a power bond where each gives the other one quantity and the product of both is a power: V and A, N
 and m/s, K and W/K. Over a macro step, the power that one side gives, from its output and the input that it used, and
-the power that the other side takes differ by what the coupling itself adds."""
+the power that the other side takes differ by what the coupling itself adds.
+"""
 
 from __future__ import annotations
 
@@ -54,7 +55,8 @@ def find_bonds(scene: Scene) -> list[tuple[Connection, Connection]]:
 
     Where units allow several pairs, the names of the ports decide: on each side of a bond both variables have one
     prefix and one number, as in port.v[2] and port.i[2]. Connections that can still be paired in several ways are in
-    no pair."""
+    no pair.
+    """
     candidates = [
         pair
         for pair in itertools.combinations([c for c in scene.connections if c.terms == 1], 2)

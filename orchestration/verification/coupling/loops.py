@@ -19,7 +19,8 @@ class LoopReport:
     """The loops of a system.
 
     members: names of each loop's members; gain: spectral radius of one sweep's error map, the largest of the run, nan
-    where unknown; residual: largest at the end of a step, share of the nominals; text: in words."""
+    where unknown; residual: largest at the end of a step, share of the nominals; text: in words.
+    """
 
     members: tuple[tuple[str, ...], ...]
     gain: float

@@ -36,7 +36,8 @@ _MONOLITH_TOLERANCE = 1e-9  # of the monolith's integrator
 class Comparison:
     """Difference of the finest run to the monolith: per output the share of its range; empty where there is none.
 
-    agrees: None where no monolith could be solved; text: in words."""
+    agrees: None where no monolith could be solved; text: in words.
+    """
 
     agrees: bool | None
     differences: Mapping[str, float]

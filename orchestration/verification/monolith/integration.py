@@ -1,7 +1,8 @@
 """Integration of the monolith in time: CVODE's BDF (scikit-sundae) with tight tolerances, restarted at every event.
 
 Breaks of signals and time events of FMUs are hit exactly; state events are located by CVODE's root finding on the event
-indicators."""
+indicators.
+"""
 
 from __future__ import annotations
 
@@ -106,7 +107,8 @@ class Point:
 def trajectory(scene: Scene, system: System, tolerance: float, times: np.ndarray | None = None) -> Iterator[Point]:
     """The outputs one by one; the system stands at each while it is looked at.
 
-    Ends early, after the output at the event, where an FMU wishes to end."""
+    Ends early, after the output at the event, where an FMU wishes to end.
+    """
     grids = _grids(scene, times)
     first = (grids[0][0], grids[0][-1])
     states = system.start(first[0], first)

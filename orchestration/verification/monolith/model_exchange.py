@@ -23,7 +23,8 @@ _RELATIVE = 6e-6  # cube root of the rounding unit: step of central differences,
 class ModelExchangePart(Instance):
     """An FMU for model exchange. Only states that its parameters use are shown.
 
-    Raises SubsystemError where the archive offers no model exchange or its description has no states to integrate."""
+    Raises SubsystemError where the archive offers no model exchange or its description has no states to integrate.
+    """
 
     kind = fmi2.MODEL_EXCHANGE
 
@@ -149,7 +150,8 @@ class ModelExchangePart(Instance):
     def linearised(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Matrices A (n, n), B (n, n_u), C (n_y, n), D (n_y, n_u) at the present state and inputs.
 
-        By the FMU's directional derivatives, or by central differences where it has none."""
+        By the FMU's directional derivatives, or by central differences where it has none.
+        """
         n, outputs = self._used.size, len(self.outputs)
         if not self._has_directional:
             return self._differences()

@@ -1,5 +1,8 @@
-"""A member of the monolith: differential equations (an FMU as model exchange) or an algebraic map (a quasi-static FMU,
-whose outputs follow its inputs). Shapes: n states in use, n_u inputs, n_y wired outputs, n_z event indicators."""
+"""A member of the monolith: differential equations, or an algebraic map.
+
+The first is an FMU as model exchange, the second a quasi-static FMU, whose outputs follow its inputs. Shapes: n states
+in use, n_u inputs, n_y wired outputs, n_z event indicators.
+"""
 
 from __future__ import annotations
 
@@ -91,8 +94,11 @@ RATE_OUTPUTS = ("tip.v", "energy.kinetic", "energy.dissipated")
 
 
 class QuasiStaticPart:
-    """A quasi-static FMU: each step of the co-simulation slave ends in the equilibrium of its inputs, whatever its
-    length. It has no states; time does not matter to it. RATE_OUTPUTS are recorded as nan: not known."""
+    """A quasi-static FMU.
+
+    Each step of the co-simulation slave ends in the equilibrium of its inputs, whatever its length. It has no states;
+    time does not matter to it. RATE_OUTPUTS are recorded as nan: not known.
+    """
 
     nominals = np.zeros(0)
     indicator_count = 0

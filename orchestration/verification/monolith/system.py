@@ -1,7 +1,8 @@
 """The members of a scene as one system x' = f(t, x) with events.
 
 Outputs feed inputs in an order in which each is known before it acts (an algebraic loop has none and is refused). A
-TCA loop that the scene leaves to the master, delta -> delta_guess, is closed inside the rod instead."""
+TCA loop that the scene leaves to the master, delta -> delta_guess, is closed inside the rod instead.
+"""
 
 from __future__ import annotations
 
@@ -73,7 +74,8 @@ class System:
     def set_state(self, time: float, states: np.ndarray, interval: Interval) -> None:
         """Set all parts to that time [s] and state (n,), inputs and outputs consistent.
 
-        interval: decides at its ends which side of a jump of a signal holds."""
+        interval: decides at its ends which side of a jump of a signal holds.
+        """
         for name, part in self.parts.items():
             part.set_state(time, states[self._slices[name]])
         self._set_signals(time, interval)
@@ -109,7 +111,8 @@ class System:
         """Update discrete states of all parts at an event until none changes any more.
 
         Returns the states (n,) after it, and the name of a part that wishes to end. Raises SubsystemError where
-        discrete states do not settle."""
+        discrete states do not settle.
+        """
         self.set_state(time, states, interval)
         for part in self.parts.values():
             part.enter_events()

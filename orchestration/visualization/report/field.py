@@ -8,7 +8,8 @@ this field and those of the result: a check of both.
 
 V is evaluated from the scene's signals where there are any; otherwise, like T, delta and T_ambient, it is interpolated
 between the rows of the result. A singular value decomposition compresses the field for the page: field(t) = T_0 + modes
-c(t) with orthonormal time courses c."""
+c(t) with orthonormal time courses c.
+"""
 
 from __future__ import annotations
 
