@@ -72,8 +72,8 @@ std::string type_definitions(const std::vector<Variable>& rows) {
 
 std::string log_categories() {
   std::string result = "  <LogCategories>\n";
-  for (const Category& about : category::kAll)
-    result += "    <Category" + attribute("name", about.name) + attribute("description", about.description) + "/>\n";
+  for (const Category& kind : category::kAll)
+    result += "    <Category" + attribute("name", kind.name) + attribute("description", kind.description) + "/>\n";
   return result + "    <Category" + attribute("name", category::kEverything) +
          attribute("description", "All of the above") + "/>\n  </LogCategories>\n";
 }
@@ -161,10 +161,10 @@ class Actors {
   explicit Actors(const std::vector<Variable>& rows) : rows_(rows) {}
 
   const std::vector<std::size_t>& of(const std::string& name) {
-    const auto [place, is_new] = found_.try_emplace(name);
+    const auto [rows, is_new] = matches_.try_emplace(name);
     for (std::size_t k = 0; is_new && k < rows_.size(); ++k)
-      if (acts_as(rows_[k], name)) place->second.push_back(k);
-    return place->second;
+      if (acts_as(rows_[k], name)) rows->second.push_back(k);
+    return rows->second;
   }
 
   void mark(const std::vector<std::string>& names, std::vector<bool>& known) {
@@ -174,7 +174,7 @@ class Actors {
 
  private:
   const std::vector<Variable>& rows_;
-  std::map<std::string, std::vector<std::size_t>> found_;
+  std::map<std::string, std::vector<std::size_t>> matches_;
 };
 
 /// Indices (from 1) of the marked rows, as the attribute wants them.

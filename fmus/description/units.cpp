@@ -52,13 +52,13 @@ void add_product(std::string_view unit, std::string_view product, int sign, Base
       exponent = name.back() - '0';
       name.remove_suffix(1);
     }
-    bool found = false;
+    bool is_known = false;
     for (const Symbol& symbol : kSymbols) {
       if (symbol.name != name) continue;
       for (std::size_t i = 0; i < total.size(); ++i) total[i] += sign * exponent * symbol.exponents[i];
-      found = true;
+      is_known = true;
     }
-    if (!found) refuse(unit, power);
+    if (!is_known) refuse(unit, power);
     if (dot == std::string_view::npos) return;
     product.remove_prefix(dot + 1);
   }

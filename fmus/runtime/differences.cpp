@@ -115,7 +115,7 @@ void Instance::directional_derivative(std::span<const Reference> unknowns, std::
 
   std::vector<double> ahead(unknowns.size()), behind(unknowns.size());
   model_->is_silent = true;
-  const auto look = [&](double distance, std::vector<double>& values) {
+  const auto evaluate_at = [&](double distance, std::vector<double>& values) {
     read_parameters(parameters_);
     for (std::size_t i = 0; i < knowns.size(); ++i) move(blueprint_.rows[knowns[i]], distance * known[i]);
     if (is_retuned) retune(parameters_);
@@ -125,8 +125,8 @@ void Instance::directional_derivative(std::span<const Reference> unknowns, std::
   };
   try {
     for (const Pair& pair : kPairs) {
-      look(pair.at * step, ahead);
-      look(-pair.at * step, behind);
+      evaluate_at(pair.at * step, ahead);
+      evaluate_at(-pair.at * step, behind);
       for (std::size_t i = 0; i < unknowns.size(); ++i)
         if (!is_exact(unknowns[i])) unknown[i] += pair.weight / step * (ahead[i] - behind[i]);
     }

@@ -323,10 +323,10 @@ void Instance::restore(const Snapshot& snapshot) {
 Snapshot* Instance::add(std::unique_ptr<Snapshot> snapshot) { return saved_.emplace_back(std::move(snapshot)).get(); }
 
 Snapshot& Instance::find(const void* state) const {
-  const auto found = std::ranges::find(saved_, state, &std::unique_ptr<Snapshot>::get);
-  if (found == saved_.end())
+  const auto saved = std::ranges::find(saved_, state, &std::unique_ptr<Snapshot>::get);
+  if (saved == saved_.end())
     throw Error("unknown FMU state; pass one that this instance gave out and that was not freed");
-  return **found;
+  return **saved;
 }
 
 void Instance::remove(const void* state) {

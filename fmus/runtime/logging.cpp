@@ -22,8 +22,8 @@ void Log::write(std::size_t category, std::string_view message) const noexcept t
     if (c == '%' || c == '#') format += c;
     format += c;
   }
-  const Category& about = category::kAll[category];
-  logger_(environment_, instance_.c_str(), about.status, about.name, format.c_str());
+  const Category& kind = category::kAll[category];
+  logger_(environment_, instance_.c_str(), kind.status, kind.name, format.c_str());
 } catch (...) {
 }
 
@@ -41,7 +41,7 @@ void Log::enable(bool on, std::span<const fmi2String> names) {
     }
     if (known) continue;
     std::string list = category::kEverything;
-    for (const Category& about : category::kAll) append(list, about.name);
+    for (const Category& kind : category::kAll) append(list, kind.name);
     throw Error("unknown log category '" + std::string(wanted) + "'; there are " + list);
   }
   on_ = changed;

@@ -112,21 +112,21 @@ std::vector<Case> cases() {
 }
 
 void try_all(fmi2Type type, const std::vector<State>& states, std::string Case::*allowed) {
-  for (const Case& about : cases()) {
+  for (const Case& entry : cases()) {
     for (std::size_t i = 0; i < states.size(); ++i) {
       Host host(false, type);
       bring(host, states[i]);
       const std::size_t before = host.messages.size();
-      const fmi2Status status = about.call(host);
-      if ((about.*allowed)[i] == 'x') {
-        EXPECT_EQ(status, fmi2OK) << about.name << " in state " << i << ": " << host.last();
+      const fmi2Status status = entry.call(host);
+      if ((entry.*allowed)[i] == 'x') {
+        EXPECT_EQ(status, fmi2OK) << entry.name << " in state " << i << ": " << host.last();
         continue;
       }
-      EXPECT_EQ(status, fmi2Error) << about.name << " in state " << i;
-      ASSERT_EQ(host.messages.size(), before + 1) << about.name << " in state " << i;
+      EXPECT_EQ(status, fmi2Error) << entry.name << " in state " << i;
+      ASSERT_EQ(host.messages.size(), before + 1) << entry.name << " in state " << i;
       EXPECT_EQ(host.messages.back().status, fmi2Error);
       EXPECT_EQ(host.messages.back().category, "logStatusError");
-      EXPECT_TRUE(host.said({about.name, "not allowed in state"}));
+      EXPECT_TRUE(host.said({entry.name, "not allowed in state"}));
     }
   }
 }

@@ -86,16 +86,16 @@ struct Functions {
 const fmi2CallbackFunctions callbacks{quiet, std::calloc, std::free, nullptr, nullptr};
 
 /// Euler's method, with a state saved in every step.
-void exchange(const Functions& f, const Description& about, double h, const std::vector<std::string>& inputs) {
+void exchange(const Functions& f, const Description& description, double h, const std::vector<std::string>& inputs) {
   const fmi2Component fmu =
-      f.fmi2Instantiate("b", fmi2ModelExchange, about.guid.c_str(), "", &callbacks, fmi2False, fmi2True);
+      f.fmi2Instantiate("b", fmi2ModelExchange, description.guid.c_str(), "", &callbacks, fmi2False, fmi2True);
   expect(fmu, "no instance");
   expect(f.fmi2EnterInitializationMode(fmu) == fmi2OK, "no initialisation");
   f.set(fmu, inputs);
   expect(f.fmi2ExitInitializationMode(fmu) == fmi2OK, "initialisation fails");
   expect(f.fmi2EnterContinuousTimeMode(fmu) == fmi2OK, "no continuous time");
   expect(f.fmi2DoStep(fmu, 0.0, h, fmi2False) == fmi2Error, "co-simulation");
-  std::vector<double> x(about.states), dx(about.states);
+  std::vector<double> x(description.states), dx(description.states);
   for (int i = 0; i < 3; ++i) {
     fmi2FMUstate state = nullptr;
     expect(f.fmi2GetContinuousStates(fmu, x.data(), x.size()) == fmi2OK, "no states");
@@ -110,7 +110,7 @@ void exchange(const Functions& f, const Description& about, double h, const std:
     expect(f.fmi2SetFMUstate(fmu, state) == fmi2OK, "no way back");
     expect(f.fmi2FreeFMUstate(fmu, &state) == fmi2OK, "state not freed");
   }
-  const auto states = static_cast<unsigned>(about.states), last = static_cast<unsigned>(about.variables);
+  const auto states = static_cast<unsigned>(description.states), last = static_cast<unsigned>(description.variables);
   const fmi2ValueReference unknown = last - states, known = last - 2 * states;  // derivatives stand last, states before
   const double seed = 1.0;
   double result = 0.0;

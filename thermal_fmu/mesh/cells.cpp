@@ -50,11 +50,11 @@ void clip(Stretch& line, const Circle& a, const Circle& c) {
 }
 
 /// Moves points that are closer than `closeness` onto one of them: on the rim where one of them is.
-void snap(std::vector<Wall>& found, double rim, double closeness) {
+void snap(std::vector<Wall>& walls, double rim, double closeness) {
   std::vector<Vector2d> points;
   const auto for_ends = [&](auto&& act) {
     for (const bool wants_rim : {true, false})
-      for (Wall& wall : found)
+      for (Wall& wall : walls)
         for (Vector2d* end : {&wall.from, &wall.to})
           if ((end->norm() > rim - 1e-9 * rim) == wants_rim) act(*end);
   };
@@ -62,14 +62,14 @@ void snap(std::vector<Wall>& found, double rim, double closeness) {
     const auto is_near = [&](const Vector2d& point) { return (point - end).norm() < closeness; };
     if (std::none_of(points.begin(), points.end(), is_near)) points.push_back(end);
   });
-  for (Wall& wall : found)
+  for (Wall& wall : walls)
     for (Vector2d* end : {&wall.from, &wall.to}) {
       const auto nearest = std::min_element(points.begin(), points.end(), [&](const Vector2d& a, const Vector2d& b) {
         return (a - *end).squaredNorm() < (b - *end).squaredNorm();
       });
       *end = *nearest;
     }
-  std::erase_if(found, [](const Wall& wall) { return wall.from == wall.to; });
+  std::erase_if(walls, [](const Wall& wall) { return wall.from == wall.to; });
 }
 
 double cross(const Vector2d& a, const Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }
@@ -77,7 +77,7 @@ double cross(const Vector2d& a, const Vector2d& b) { return a.x() * b.y() - a.y(
 }  // namespace
 
 std::vector<Wall> walls(const std::vector<Circle>& circles, double rim, double gap) {
-  std::vector<Wall> found;
+  std::vector<Wall> result;
   double smallest = rim;
   for (const Circle& circle : circles) smallest = std::min(smallest, circle.radius);
   for (std::size_t i = 0; i < circles.size(); ++i)
@@ -86,10 +86,10 @@ std::vector<Wall> walls(const std::vector<Circle>& circles, double rim, double g
       for (std::size_t k = 0; k < circles.size(); ++k)
         if (k != i && k != j) clip(line, circles[i], circles[k]);
       if (line.to - line.from > kRounding * rim)
-        found.push_back({i, j, line.point + line.from * line.along, line.point + line.to * line.along});
+        result.push_back({i, j, line.point + line.from * line.along, line.point + line.to * line.along});
     }
-  snap(found, rim, std::max(kRounding * rim, std::min(kSnap * gap, kMostSnap * smallest)));
-  return found;
+  snap(result, rim, std::max(kRounding * rim, std::min(kSnap * gap, kMostSnap * smallest)));
+  return result;
 }
 
 std::vector<Side> cell_sides(const std::vector<Circle>& circles, const std::vector<Wall>& walls, std::size_t index) {

@@ -39,16 +39,16 @@ Peak::Peak(const std::vector<ProbePatch>& patches, int probe_count, int order)
       if (j != i) product *= rule_.nodes[i] - rule_.nodes[j];
     barycentric_[i] = 1.0 / product;
   }
-  std::vector<std::vector<Place>> by_probe(static_cast<std::size_t>(probe_count));
+  std::vector<std::vector<PatchNode>> by_probe(static_cast<std::size_t>(probe_count));
   for (std::size_t p = 0; p < patches_.size(); ++p)
     for (std::size_t k = 0; k < patches_[p].probes.size(); ++k)
       by_probe[static_cast<std::size_t>(patches_[p].probes[k])].push_back(
           {static_cast<int>(p), static_cast<int>(k) % patches_[p].rows, static_cast<int>(k) / patches_[p].rows});
-  for (const auto& places : by_probe) {
-    first_.push_back(static_cast<int>(places_.size()));
-    places_.insert(places_.end(), places.begin(), places.end());
+  for (const auto& nodes : by_probe) {
+    first_.push_back(static_cast<int>(patch_nodes_.size()));
+    patch_nodes_.insert(patch_nodes_.end(), nodes.begin(), nodes.end());
   }
-  first_.push_back(static_cast<int>(places_.size()));
+  first_.push_back(static_cast<int>(patch_nodes_.size()));
 }
 
 double Peak::of(const Eigen::Ref<const Eigen::VectorXd>& values) const {
@@ -58,38 +58,38 @@ double Peak::of(const Eigen::Ref<const Eigen::VectorXd>& values) const {
   if (first_.empty()) return most;
   const auto probe = static_cast<std::size_t>(hottest);
   for (int k = first_[probe]; k < first_[probe + 1]; ++k)
-    most = std::max(most, in_patch(values, places_[static_cast<std::size_t>(k)], at_node));
+    most = std::max(most, in_patch(values, patch_nodes_[static_cast<std::size_t>(k)], at_node));
   return most;
 }
 
-double Peak::in_patch(const Eigen::Ref<const Eigen::VectorXd>& values, const Place& place, double at_node) const {
-  const ProbePatch& patch = patches_[static_cast<std::size_t>(place.patch)];
+double Peak::in_patch(const Eigen::Ref<const Eigen::VectorXd>& values, const PatchNode& node, double at_node) const {
+  const ProbePatch& patch = patches_[static_cast<std::size_t>(node.patch)];
   const int n = patch.rows;
   const auto at = [&](int i, int j) { return values[patch.probes[static_cast<std::size_t>(i + n * j)]]; };
   // Slope and curvature along s; a step that would leave the element stays at its side.
   double s_slope = 0.0, s_bend = 0.0, t_slope = 0.0, t_bend = 0.0, mixed = 0.0;
   for (int i = 0; i < n; ++i) {
-    s_slope += rule_.derivative(place.i, i) * at(i, place.j);
-    s_bend += second_(place.i, i) * at(i, place.j);
+    s_slope += rule_.derivative(node.i, i) * at(i, node.j);
+    s_bend += second_(node.i, i) * at(i, node.j);
   }
-  const double s_here = rule_.nodes[place.i];
+  const double s_here = rule_.nodes[node.i];
   const auto leaves = [](double here, double slope) {
     return (here >= 1.0 && slope > 0.0) || (here <= -1.0 && slope < 0.0);
   };
   bool moves_s = s_bend < 0.0 && !leaves(s_here, s_slope), moves_t = false;
   double t_here = 0.0;
   if (patch.columns > 1) {
-    t_here = rule_.nodes[place.j];
+    t_here = rule_.nodes[node.j];
     for (int j = 0; j < n; ++j) {
-      t_slope += rule_.derivative(place.j, j) * at(place.i, j);
-      t_bend += second_(place.j, j) * at(place.i, j);
+      t_slope += rule_.derivative(node.j, j) * at(node.i, j);
+      t_bend += second_(node.j, j) * at(node.i, j);
     }
     moves_t = t_bend < 0.0 && !leaves(t_here, t_slope);
     if (moves_s && moves_t)
       for (int j = 0; j < n; ++j) {
         double along = 0.0;
-        for (int i = 0; i < n; ++i) along += rule_.derivative(place.i, i) * at(i, j);
-        mixed += rule_.derivative(place.j, j) * along;
+        for (int i = 0; i < n; ++i) along += rule_.derivative(node.i, i) * at(i, j);
+        mixed += rule_.derivative(node.j, j) * along;
       }
   }
   if (!moves_s && !moves_t) return at_node;

@@ -28,16 +28,16 @@ class Peak {
   double of(const Eigen::Ref<const Eigen::VectorXd>& values) const;
 
  private:
-  struct Place {
+  struct PatchNode {
     int patch, i, j;
   };
-  double in_patch(const Eigen::Ref<const Eigen::VectorXd>& values, const Place& place, double at_node) const;
+  double in_patch(const Eigen::Ref<const Eigen::VectorXd>& values, const PatchNode& node, double at_node) const;
   double interpolated(const Eigen::Ref<const Eigen::VectorXd>& values, const ProbePatch& patch, double s,
                       double t) const;
 
   std::vector<ProbePatch> patches_;
-  std::vector<Place> places_;  // by probe: elements that hold it
-  std::vector<int> first_;     // of a probe in places_; one more at the end
+  std::vector<PatchNode> patch_nodes_;  // by probe: elements that hold it
+  std::vector<int> first_;              // of a probe in patch_nodes_; one more at the end
   LobattoRule rule_;
   Eigen::MatrixXd second_;       // (i, j): second derivative of the j-th Lagrange polynomial at node i
   Eigen::VectorXd barycentric_;  // weights of the Lagrange polynomials

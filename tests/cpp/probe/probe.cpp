@@ -63,15 +63,15 @@ class Chain : public fmu::Model {
     return fmu::Status::error("scheme = midpoint is one of steps only", "choose classical");
   }
   void get_states(std::span<double> x) override {
-    for (std::size_t i = 0; i < memory_.size(); ++i) x[place(i)] = memory_[i];
+    for (std::size_t i = 0; i < memory_.size(); ++i) x[state_index(i)] = memory_[i];
   }
   void set_states(std::span<const double> x) override {
-    for (std::size_t i = 0; i < memory_.size(); ++i) memory_[i] = x[place(i)];
+    for (std::size_t i = 0; i < memory_.size(); ++i) memory_[i] = x[state_index(i)];
   }
   fmu::Status rates(double, std::span<double> dx) override {
     if (data_.force[0] > data_.breaking_force) return fmu::Status::discard("the chain is broken");
     const State dy = rate(memory_, 0.0);
-    for (std::size_t i = 0; i < dy.size(); ++i) dx[place(i)] = dy[i];
+    for (std::size_t i = 0; i < dy.size(); ++i) dx[state_index(i)] = dy[i];
     return {};
   }
 
@@ -79,7 +79,7 @@ class Chain : public fmu::Model {
   using State = std::vector<double>;
 
   /// Where the i-th number of the memory stands among the states: positions, then velocities.
-  std::size_t place(std::size_t i) const {
+  std::size_t state_index(std::size_t i) const {
     const std::size_t n = data_.masses;
     return i < n ? i : kMostMasses + i - n;
   }
