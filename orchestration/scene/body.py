@@ -1,6 +1,7 @@
 """The body that a rod FMU describes: segments, TCAs one by one, what holds them, and the rigid body at the tip.
 
-Report, animation, checks, reference solution and studies read it here, so that all of them see the same body."""
+Report, animation, checks, reference solution and studies read it here, so that all of them see the same body.
+"""
 
 from __future__ import annotations
 
@@ -36,8 +37,10 @@ class SegmentParameters:
 
 @dataclass(frozen=True)
 class TcaParameters:
-    """One TCA, SI units: its routing through the body, and its law. wire_* down to expansion hold where the law is
-    "wire", stiffness and what follows where it is "measured"."""
+    """Routing and law of a TCA, SI units.
+
+    wire_* down to expansion hold where the law is "wire", stiffness and what follows where it is "measured".
+    """
 
     azimuth: float  # [rad]
     helix: float  # [rad/m]

@@ -154,7 +154,8 @@ def charts(result: xr.Dataset, wanted: Collection[str] = ()) -> list[Chart]:
     """Charts of all quantities that are not zero: heat, rod, other members with a chart per unit, coupling.
 
     wanted: scalar names, such as rod.tip.p[1], that are lines even where they do not change; those that no chart has
-    get one of their own."""
+    get one of their own.
+    """
     known = _known_members(result)
     drawn: list[Chart] = []
     for member in members(result):

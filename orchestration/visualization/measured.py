@@ -1,7 +1,8 @@
 """Measured curves beside computed ones: samples from a CSV file, in the units of a result.
 
 The first column is the time. Each other column is named as a variable of the result, thermal.T[1] or rod.tip.p[3], with
-a unit in brackets if it is not the result's own. An empty cell is a missing sample."""
+a unit in brackets if it is not the result's own. An empty cell is a missing sample.
+"""
 
 from __future__ import annotations
 
