@@ -22,6 +22,7 @@ from tca_cosim.identification import (
 )
 from tca_cosim.identification.fit import Fit
 from tca_cosim.identification.predictions import Predictor
+from tca_cosim.identification.report import warnings_of
 from tca_cosim.parallel import spread
 from tca_cosim.scene import Scene
 from tca_cosim.verification.paper import data as paper
@@ -290,12 +291,34 @@ def test_wrong_parameters_are_refused(scene: Scene, free: str, message: str) -> 
         ("time,thermal.T[1]\n1,\n2,\n", "has no sample"),
         ("time,thermal.T[1]\n2,300\n1,300\n", "times that increase"),
         ("time,thermal.T[1] [V]\n1,300\n", "unit"),
+        ("", "no rows"),
+        ("# nothing but a comment\n", "no rows"),
+        ("time,thermal.T[1],thermal.T[1]\n1,300,300\n", r"two columns 'thermal\.T\[1\]'; keep one"),
+        ("time,thermal.T[1]\n1,inf\n", "finite or missing"),
+        ("time,rod.tip.p\n1,0\n", "no such output"),
     ],
 )
 def test_wrong_data_are_refused(scene: Scene, text: str, message: str, tmp_path: Path) -> None:
     (tmp_path / "data.csv").write_text(text)
     with pytest.raises(tca.SceneError, match=message):
         read_measurements(scene, tmp_path / "data.csv")
+
+
+def test_semicolons_and_other_units_of_time_are_read(scene: Scene, tmp_path: Path) -> None:
+    (tmp_path / "data.csv").write_text("time [ms];thermal.T[1] [degC]\n1000;25\n2000;\n", encoding="utf-8")
+    data = read_measurements(scene, tmp_path / "data.csv")
+    np.testing.assert_allclose(data.times, [1.0, 2.0])
+    np.testing.assert_allclose(data.values[:, 0], [298.15, np.nan])
+
+
+def test_a_fit_that_explains_nothing_is_named(scene: Scene, exact: xr.Dataset) -> None:
+    """Degrees Celsius taken as kelvin."""
+    celsius = exact["thermal.T"].to_numpy()[1:, 2] - 273.15
+    data = measurements_of(scene, exact["time"].to_numpy()[1:], {"thermal.T[3]": celsius})
+    estimate = identify([(scene, data)], read_free(scene, ["thermal.tca.R=1:20"]))
+    assert any("the fit says nothing of thermal.T" in text for text in warnings_of(estimate))
+    right = measurements_of(scene, data.times, {"thermal.T[3]": celsius + 273.15})
+    assert not warnings_of(identify([(scene, right)], read_free(scene, ["thermal.tca.R=1:20"])))
 
 
 def test_one_value_does_not_stand_for_elements_that_differ() -> None:

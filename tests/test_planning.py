@@ -184,10 +184,57 @@ def test_the_workspace_holds_equilibria_within_the_limits(tmp_path: Path) -> Non
     assert (tmp_path / "step.workspace.csv").is_file()
 
 
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("time,tip.p[1],rod.tip.p[1]\n1,0,0\n2,0,0\n", r"'tip\.p\[1\]' is given twice; keep one"),
+        ("time,tip.p[1],tip.p[1]\n1,0,0\n2,0,0\n", r"two columns 'tip\.p\[1\]'; keep one"),
+        ("time,tip.p[1] [degC]\n1,0\n2,0\n", "give a unit that converts to 'm'"),
+        ("time,tip.p[1]\n1,0\n2,nan\n", "not finite"),
+        ("", "no rows"),
+    ],
+)
+def test_wrong_paths_are_refused(text: str, message: str, tmp_path: Path) -> None:
+    (tmp_path / "path.csv").write_text(text, encoding="utf-8")
+    with pytest.raises(tca.SceneError, match=message):
+        read_target(tca.read("step"), tmp_path / "path.csv")
+
+
+def test_what_plans_cannot_take_along_is_refused() -> None:
+    path = circle(4.0, 4.0, 2e-3)
+    with pytest.raises(tca.SceneError, match="one thermal FMU for all TCAs"):
+        plan("serial", path)
+    with pytest.raises(tca.SceneError, match="one thermal FMU for all TCAs"):
+        workspace("serial", points=2)
+    with pytest.raises(tca.SceneError, match="set start_time = 0"):
+        plan("step", path, overrides={"start_time": 2.0})
+    assert plan("step", path, overrides={"start_time": 0.0}).reached
+    with pytest.raises(tca.SceneError, match=r"\(--step\) = 9 s: give a length of up to 8 s"):
+        plan("step", path, distance=9.0)
+    with pytest.raises(tca.SceneError, match="give 46 or fewer"):
+        workspace("step", points=300)
+    with pytest.raises(tca.SceneError, match="limit temperature = -26 K: give a positive number"):
+        PlanLimits(temperature=-26.0)
+
+
+def test_a_path_out_of_reach_and_a_rate_that_acts_are_named(tmp_path: Path) -> None:
+    """Millimetres written where metres are meant is the usual reason."""
+    (tmp_path / "far.csv").write_text("time,tip.p[1]\n4,-3\n6,-4\n", encoding="utf-8")
+    arguments = ["plan", str(tmp_path / "far.csv"), "--out", str(tmp_path)]
+    result = CliRunner().invoke(tca.cli.app, arguments)
+    assert result.exit_code == 0, result.output
+    assert "out of reach within the limits; its values are tip.p[1] in m" in result.output
+    (tmp_path / "far.csv").write_text("time,tip.p[1] [mm]\n4,-3\n6,-4\n", encoding="utf-8")
+    assert "out of reach" not in CliRunner().invoke(tca.cli.app, arguments).output
+    slow = plan("step", circle(4.0, 4.0, 8e-3), PlanLimits(voltage_rate=0.05))
+    assert not slow.reached
+    assert any("changes by 0.05 V/s" in text for text in slow.active)
+
+
 def test_limits_that_contradict_each_other_are_named() -> None:
     with pytest.raises(tca.SceneError, match="positive number"):
         PlanLimits(voltage=-1.0)
-    with pytest.raises(tca.SceneError, match=r"raise limits\.temperature"):
+    with pytest.raises(tca.SceneError, match="raise the limits temperature and hottest"):
         plan("step", circle(5.0, 10.0, 8e-3), PlanLimits(temperature=280.0, hottest=280.0))
     with pytest.raises(tca.SceneError, match="hot as the limit"):
         workspace("step", PlanLimits(temperature=290.0))

@@ -49,6 +49,14 @@ def command(
             f"{shown} at most, from {made.target.times[0]:g} s on",
             highlight=False,
         )
+        if not made.reached:
+            taken = ", ".join(f"{name} in {u}" for name, u in zip(made.target.outputs, made.target.units, strict=True))
+            out.print(
+                f"note: the path is out of reach within the limits; its values are {taken}, unless the file has "
+                "another unit in brackets; tca-cosim workspace shows where the tip can be",
+                highlight=False,
+                soft_wrap=True,
+            )
         if not made.converged:
             out.print("note: the optimisation has not converged; give a larger --step or wider limits", highlight=False)
         for text in made.active or ("no limit acts",):

@@ -50,6 +50,8 @@ class Estimate:
         Standard deviation of each vector of outputs, as given or estimated.
     residuals : dict of str to float
         Root mean square of the residuals of each vector of outputs.
+    spread : dict of str to float
+        Standard deviation of the measurements of each vector of outputs, about the mean of each output.
     undetermined : tuple of tuple of str
         Sets of unknowns of which the data fix fewer combinations than there are unknowns.
     at_bounds : tuple of str
@@ -69,6 +71,7 @@ class Estimate:
     correlations: np.ndarray
     noise: Mapping[str, float]
     residuals: Mapping[str, float]
+    spread: Mapping[str, float]
     undetermined: tuple[tuple[str, ...], ...]
     at_bounds: tuple[str, ...]
     samples: int
@@ -146,6 +149,7 @@ def _described(fit: Fit, x: np.ndarray) -> Estimate:
         correlations=covariance / np.outer(deviations, deviations),
         noise=dict(fit.sigma),
         residuals=fit.rms(x),
+        spread={vector: fit.spread_about_means(vector) for vector in fit.vectors},
         undetermined=tuple(undetermined),
         at_bounds=tuple(n for n, v, a, b in zip(names, x, least, most, strict=True) if min(v - a, b - v) < 1e-6),
         samples=fit.samples,

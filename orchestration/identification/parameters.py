@@ -12,6 +12,7 @@ from ..scene import Member, Scene
 
 __all__ = ["FreeParameter", "read_free"]
 
+_LENGTH = "body.length"  # the sum of its segments
 _BODY, _SEGMENT = "body.", "segment."  # a parameter of the body is that of all its segments
 
 
@@ -105,7 +106,8 @@ def _common_value(text: str, member: Member, parameter: str, elements: Sequence[
         raise SceneError(f"--free {text}: its elements differ in the scene; free them one by one: {names}")
     of_segments = f"{_SEGMENT}{parameter.removeprefix(_BODY)}["
     own = sorted(key for key in member.parameters if parameter.startswith(_BODY) and key.startswith(of_segments))
-    if own:
+    common = member.real(own[0]) if own and parameter == _LENGTH else values[0]
+    if any(member.real(key) != common for key in own):
         raise SceneError(
             f"--free {text}: the scene gives segments values of their own; free those: "
             + " ".join(f"{member.name}.{key}" for key in own)

@@ -15,6 +15,7 @@ from .resampling import Bootstrap
 
 __all__ = ["as_dict", "parameter_set", "table", "warnings_of"]
 
+UNEXPLAINED = 1.0  # residuals over the standard deviation of the measurements from which on a fit says nothing
 STRONG = 0.95  # correlation from which on it is named
 PLACES = tuple(f"tca.{key}" for key in ("offset", "offset_end", "azimuth", "helix", "first_segment", "last_segment"))
 
@@ -46,6 +47,12 @@ def warnings_of(estimate: Estimate, resampled: Bootstrap | None = None) -> list[
         + (" one by one, only a combination of them" if len(names) > 1 else "")
         + "; fix one, give a prior, or measure more"
         for names in dict.fromkeys(estimate.undetermined)
+    ]
+    texts += [
+        f"the fit says nothing of {name}: its residuals ({rms:.3g} rms) are as large as the variation measured; check "
+        "units, times and the scene"
+        for name, rms in estimate.residuals.items()
+        if rms > UNEXPLAINED * estimate.spread[name] > 0.0
     ]
     named = {name for names in estimate.undetermined for name in names}
     for i, j in zip(*np.triu_indices(len(estimate.names), 1), strict=True):

@@ -21,8 +21,8 @@ from scipy.linalg import expm
 from ..errors import SceneError
 from ..fmi.derivatives import continuous_states, jacobian, real_values
 from ..fmi.slave import Slave
-from ..scene import Scene
-from ..scene.manipulator import AMBIENT, TEMPERATURE, THERMAL, VOLTAGE, ThermalParameters
+from ..scene import Member, Scene
+from ..scene.manipulator import AMBIENT, ROD, TEMPERATURE, THERMAL, VOLTAGE, ThermalParameters
 
 __all__ = ["HOTTEST", "HeatModel", "Hottest", "KnotModel"]
 
@@ -74,7 +74,8 @@ class HeatModel:
     Raises
     ------
     SceneError
-        The scene has no thermal FMU with modes, or its convection depends on the temperature.
+        The scene has no thermal FMU with modes, its convection depends on the temperature, or the rod gets its
+        temperatures from elsewhere too.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -87,6 +88,7 @@ class HeatModel:
                 f"{member.name}.convection = {member.choice('convection')}: the heat is not linear in the powers; "
                 "plan with convection = constant and a suitable h"
             )
+        _require_own_heat(scene, member)
         self.parameters = ThermalParameters.of(member)
         self.member = member.name
         self._stack = contextlib.ExitStack()
@@ -203,3 +205,18 @@ class Hottest:
     knot: int
     value: float
     gradient: np.ndarray
+
+
+def _require_own_heat(scene: Scene, thermal: Member) -> None:
+    """Raise SceneError unless the rod's T[i] is the thermal FMU's T[i] for every TCA."""
+    rod = scene.model(ROD)
+    if rod is None:
+        return
+    direct = {(c.source, c.target) for c in scene.connections if not c.transforms}
+    elements = {m.name: m.archive.vectors[TEMPERATURE] for m in (thermal, rod)}
+    wanted = {((thermal.name, element), (rod.name, element)) for element in elements[rod.name]}
+    if not wanted <= direct or set(elements[thermal.name]) != set(elements[rod.name]):
+        raise SceneError(
+            f"{scene.name}: {rod.name}.{TEMPERATURE} is not {thermal.name}.{TEMPERATURE}, TCA by TCA; plans, maps and "
+            "observers need one thermal FMU for all TCAs, connected one by one: 'thermal.T -> rod.T'"
+        )

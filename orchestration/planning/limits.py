@@ -9,6 +9,8 @@ from ..errors import SceneError
 
 __all__ = ["PlanLimits"]
 
+_UNITS = {"voltage": "V", "temperature": "K", "hottest": "K", "voltage_rate": "V/s"}
+
 
 @dataclass(frozen=True)
 class PlanLimits:
@@ -39,4 +41,4 @@ class PlanLimits:
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
             if not value > 0.0 or (name != "voltage_rate" and not math.isfinite(value)):
-                raise SceneError(f"limit {name} = {value}: give a positive number")
+                raise SceneError(f"limit {name} = {value:g} {_UNITS[name]}: give a positive number")

@@ -38,6 +38,7 @@ __all__ = ["Plan", "plan"]
 MAX_ROUNDS = 4  # runs of the full models, each followed by a plan that takes their deviation along
 GAIN = 0.9  # least decrease of the error, as a ratio, for which another round is made
 NEGLIGIBLE = 1e-4  # deviation of the full models, as a share of the path's size, that needs no further plan
+OUT_OF_REACH = 0.1  # share of the path's size from which on an error says that the path cannot be followed
 AT_LIMIT = 1e-3  # share of the voltage within which it is at a limit
 NEAR_LIMIT = 0.1  # [K] within which a temperature is at its limit
 EXCESS = 0.01  # [K] by which the full models may pass a limit of temperature: rounding of the plan
@@ -89,6 +90,11 @@ class Plan:
     rounds: int
     converged: bool
     active: tuple[str, ...]
+
+    @property
+    def reached(self) -> bool:
+        """Whether the path is followed but for a share of its size."""
+        return self.largest <= OUT_OF_REACH * self.target.size
 
     @cached_property
     def result(self) -> xr.Dataset:
@@ -157,7 +163,12 @@ def plan(
     described = read(scene, overrides)
     wanted = target(described) if callable(target) else target
     if not 0.0 < distance <= wanted.times[-1]:
-        raise SceneError(f"distance of the knots = {distance} s: give a length up to the end of the path")
+        raise SceneError(
+            f"distance of the knots (--step) = {distance:g} s: give a length of up to {wanted.times[-1]:g} s, the end "
+            "of the path"
+        )
+    if described.start_time != 0.0:
+        raise SceneError(f"{described.name} starts at {described.start_time:g} s, plans at 0 s; set start_time = 0")
     count = max(1, round(wanted.times[-1] / distance))
     distance = float(wanted.times[-1] / count)
     times = distance * np.arange(1, count + 1)
@@ -274,6 +285,9 @@ def _active(result: ResultTable, solution: Solution, limits: PlanLimits, knots: 
     for i in range(V.shape[1]):
         texts += _spans(f"V[{i + 1}] at {limits.voltage:g} V", V[:, i] >= limits.voltage * (1.0 - AT_LIMIT), knots)
         texts += _spans(f"V[{i + 1}] at 0 V", V[:, i] <= limits.voltage * AT_LIMIT, knots)
+    most = limits.voltage_rate * (knots[1] - knots[0])
+    for i, change in enumerate(np.abs(np.diff(np.vstack([np.zeros(V.shape[1]), V]), axis=0)).T, 1):
+        texts += _spans(f"V[{i}] changes by {limits.voltage_rate:g} V/s", change >= most * (1.0 - AT_LIMIT), knots)
     when = result["time"].to_numpy()
     for k, column in enumerate(result[f"{thermal}.{TEMPERATURE}"].to_numpy().T, 1):
         name = f"T[{k}] at {limits.temperature - 273.15:.4g} degC"

@@ -280,7 +280,7 @@ class PathProblem:
         if x is None:
             raise SceneError(
                 "the limits cannot be kept from the start on: the manipulator is hotter than a limit allows; raise "
-                "limits.temperature and limits.hottest"
+                "the limits temperature and hottest (--temperature, --hottest)"
             )
         return x.reshape(K, N)
 

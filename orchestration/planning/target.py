@@ -17,7 +17,7 @@ from scipy.interpolate import PchipInterpolator
 from ..errors import SceneError
 from ..fmi.archive import similar
 from ..scene import Scene
-from ..scene.columns import column_names, column_signal
+from ..scene.columns import column_names, column_signal, repeated
 from ..scene.manipulator import ROD
 from ..scene.member import Member
 
@@ -49,6 +49,11 @@ class Target:
         return np.asarray(PchipInterpolator(self.times, self.values, axis=0)(inside))
 
     @property
+    def size(self) -> float:
+        """Largest distance of the path from zero, over the outputs."""
+        return float(np.linalg.norm(self.values, axis=1).max())
+
+    @property
     def scale(self) -> float:
         """Size of the path: half the largest range of an output, or its nominal where it stands still."""
         ranges = np.ptp(self.values, axis=0)
@@ -70,6 +75,9 @@ def target_of(scene: Scene, times: Sequence[float], paths: Mapping[str, Sequence
     if not (np.isfinite(when).all() and np.isfinite(values).all() and (np.diff(when) > 0.0).all() and when[0] >= 0.0):
         raise SceneError("times of a path must be finite and increase from 0 s or later, its values be finite")
     names = tuple(_output(scene, name) for name in paths)
+    twice = repeated(names)
+    if twice is not None:
+        raise SceneError(f"a path of {twice!r} is given twice; keep one")
     variables = _rod(scene).archive.variables
     return Target(when, names, tuple(variables[name].unit for name in names), values)
 
@@ -80,6 +88,9 @@ def read_target(scene: Scene, path: Path) -> Target:
         names = column_names(path)
         if len(names) < 2:
             raise ValueError(f"{path}: one column; give the time and an output at least")
+        twice = repeated(names)
+        if twice is not None:
+            raise ValueError(f"{path}: two columns {twice!r}; keep one of them")
         variables = _rod(scene).archive.variables
         times, paths = None, {}
         for name in names[1:]:

@@ -16,6 +16,7 @@ from .rod import StaticRod
 __all__ = ["Workspace", "workspace"]
 
 TIP = ("tip.p[1]", "tip.p[2]", "tip.p[3]")
+MAX_EQUILIBRIA = 100_000  # of a map: each takes about 0.3 ms
 _DIRECTIONS = 48  # of the plane, in which the least speed is looked for
 
 
@@ -61,6 +62,12 @@ def workspace(scene: Source, limits: PlanLimits | None = None, points: int = 9, 
         raise SceneError(f"points = {points}: give 2 or more")
     described = read(scene, overrides)
     with HeatModel(described) as heat, StaticRod(described, TIP) as rod:
+        count = heat.B.shape[1]
+        if points**count > MAX_EQUILIBRIA:
+            raise SceneError(
+                f"points = {points}: {points**count:.2g} equilibria of {count} TCAs; give "
+                f"{int(MAX_EQUILIBRIA ** (1.0 / count))} or fewer"
+            )
         largest = limits.voltage**2 / np.array(heat.parameters.resistance)
         most = np.minimum(largest, (limits.temperature - heat.T_rest) / np.diag(heat.gain))
         if (most <= 0.0).any():

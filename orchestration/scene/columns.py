@@ -11,7 +11,7 @@ import csv
 import itertools
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -20,7 +20,7 @@ from ..cosim.signals import Ramps, Signal, Steps
 from ..fmi import units
 from ..fmi.archive import Variable, similar
 
-__all__ = ["ENTRIES", "column_names", "column_signal", "convert_column", "read_samples"]
+__all__ = ["ENTRIES", "column_names", "column_signal", "convert_column", "read_samples", "repeated"]
 
 ENTRIES = ("file", "column", "time", "interpolation")
 _INTERPOLATIONS: Mapping[str, type[Ramps | Steps]] = {"linear": Ramps, "held": Steps}
@@ -85,8 +85,11 @@ def read_samples(path: Path) -> tuple[list[tuple[str, str]], list[list[float]]]:
     lines = [line for line in lines if not line.startswith("#")]
     if len(lines) < 2:
         raise ValueError(f"{path}: no rows; give a line of names and at least one row of numbers")
-    head, *rows = csv.reader(lines)
+    head, *rows = csv.reader(lines, delimiter=_delimiter(lines[0]))
     heads = [split_head(cell) for cell in head]
+    twice = repeated([name for name, _ in heads])
+    if twice is not None:
+        raise ValueError(f"{path}: two columns {twice!r}; keep one of them")
     table = []
     for number, row in enumerate(rows, 1):
         if len(row) != len(heads):
@@ -99,6 +102,16 @@ def read_samples(path: Path) -> tuple[list[tuple[str, str]], list[list[float]]]:
             ) from error
     times, *values = [list(column) for column in zip(*table, strict=True)]
     return heads, [convert_column(times, heads[0][1], _TIME, path), *values]
+
+
+def _delimiter(line: str) -> str:
+    """Return what separates the cells of a line: a tab, a semicolon or a comma."""
+    return next((d for d in ("\t", ";", ",") if d in line), ",")
+
+
+def repeated(names: Sequence[str]) -> str | None:
+    """Return the first name that is there twice."""
+    return next((name for k, name in enumerate(names) if name in names[:k]), None)
 
 
 def column_names(path: Path) -> list[str]:
@@ -125,8 +138,7 @@ def _read(path: Path, modified: int) -> tuple[list[str], list[str], list[list[fl
         raise ValueError(f"{path}: no rows; give a line of names and at least one row of numbers")
     if len(lines) > MAX_ROWS:
         raise ValueError(f"{path}: more than {MAX_ROWS} rows; sample it more coarsely")
-    delimiter = next((d for d in ("\t", ";", ",") if d in lines[0]), ",")
-    head, *body = csv.reader(lines, delimiter=delimiter)
+    head, *body = csv.reader(lines, delimiter=_delimiter(lines[0]))
     names, stated = [split_head(cell)[0] for cell in head], [split_head(cell)[1] for cell in head]
     rows = []
     for number, row in enumerate(body, 1):
