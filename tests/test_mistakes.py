@@ -75,7 +75,7 @@ MISTAKES: dict[str, tuple[Sequence[str], Sequence[str]]] = {
     "table missing": (set_in("thermal.V[1]={table={file='no.csv'}}"), ["no.csv: no such file", "check the path"]),
     "column missing": (
         set_in("thermal.V[1]={table={file='data.csv', column='V2'}}"),
-        ["no such column; allowed:"],
+        ["no such column in data.csv; allowed:"],
     ),
     "geometry in one FMU": (set_in("rod.body.length=60 mm"), ["describe one manipulator", "--set body.length"]),
     "geometry twice": (set_in("rod.body.length=60 mm", "thermal.body.length=50 mm"), ["describe one manipulator"]),

@@ -13,9 +13,13 @@ from ..scene import KEYS, TABLES
 from ..scene.manipulator import DEFAULT_FMUS
 from ..scene.member import settable
 from ..scene.schema import declared
+from ..scene.sizes import SIZE_KEYS
 from .console import out, reported
 
 __all__ = ["command", "meaning"]
+
+SIZED = {"tca.": "one per TCA, body.tcas of them", "segment.": "one per segment, body.segments of them"}
+PER_TCA = ("T", "V", "P", "N", "delta", "delta_guess")  # vectors of our FMUs with an element for each TCA
 
 
 def command(
@@ -45,6 +49,8 @@ def meaning(key: str) -> str:
 def _known(archives: dict[str, Archive]) -> Iterator[tuple[str, str]]:
     for name, text in KEYS.items():
         yield name, f"{name}: {text}"
+    for name, text in SIZE_KEYS.items():
+        yield name, f"{name}: {text}"
     for table, kind in TABLES.items():
         for name, variable in declared(kind).items():
             yield f"{table}.{name}", _described(f"{table}.{name}", variable)
@@ -53,8 +59,16 @@ def _known(archives: dict[str, Archive]) -> Iterator[tuple[str, str]]:
         for name in [*names, *(v.name for v in archive.variables.values())]:
             elements = archive.vectors.get(name, (name,))
             variable = archive.variables[elements[0]]
-            more = f", vector of {len(elements)}" if name in archive.vectors else ""
+            more = f", vector of {len(elements)}{_size(name)}" if name in archive.vectors else ""
             yield f"{member}.{name}", _described(f"{member}.{name}", variable, f"{variable.causality}{more}")
+
+
+def _size(name: str) -> str:
+    """What the length of a vector follows from, in brackets; '' where it is always the same."""
+    reasons = [text for prefix, text in SIZED.items() if name.startswith(prefix)]
+    if not reasons and name in PER_TCA:
+        reasons = [SIZED["tca."]]
+    return "".join(f" ({reason})" for reason in reasons)
 
 
 def _described(name: str, variable: Variable, kind: str = "setting") -> str:
@@ -71,6 +85,8 @@ def _described(name: str, variable: Variable, kind: str = "setting") -> str:
         lines.append(f"  allowed: {', '.join(variable.items)}")
     elif variable.type == "Real" and (variable.least > -1e300 or variable.most < 1e300):
         lines.append(f"  allowed: {variable.least:g} to {variable.most:g}")
+    elif variable.type == "Integer" and variable.least == variable.most:
+        lines.append(f"  allowed: {variable.least:g}, and up to body.segments where that is more")
     elif variable.type == "Integer":
         lines.append(f"  allowed: whole numbers from {variable.least:g} to {variable.most:g}")
     return "\n".join(lines)

@@ -59,7 +59,12 @@ def command(
         if folder is None and (like is not None or tcas or segments or ports or fmu):
             raise CosimError("--like, --tcas, --segments, --ports and --fmu hold for FMUs; name a folder for them")
         if like is not None and (tcas or segments or ports):
-            raise CosimError("--like takes the size from the scene; set it there, or with --set body.tcas=4")
+            size = " ".join(
+                f"--set body.{key}={str(value).lower()}"
+                for key, value in (("tcas", tcas), ("segments", segments), ("ports", ports))
+                if value
+            )
+            raise CosimError(f"--like takes the size from the scene; set it there, or with {size}")
         if folder is not None:
             from ..fmi.configuration import Configuration
 

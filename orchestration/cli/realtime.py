@@ -9,10 +9,11 @@ from typing import Annotated
 
 import typer
 
+from ..errors import SceneError
 from .console import out, reported, say, written
 from .options import Folder, Overrides, SceneName
 
-__all__ = ["command"]
+__all__ = ["command", "count_allocations"]
 
 SHARES = (50.0, 99.0, 99.9, 99.99)  # [%] of the steps that take no longer than what is printed
 
@@ -33,21 +34,19 @@ def command(
         import numpy as np
         from rich.table import Table
 
-        from ..engine.realtime import counting_library, run_realtime
+        from ..engine.realtime import run_realtime
         from ..files import atomic_write
         from ..scene import read
         from ..scene.layer import Layer
         from ..scene.validation import TIME, number
 
-        counting = counting_library()
-        if counting is not None and "tca_counting" not in os.environ.get("LD_PRELOAD", ""):
-            before = os.environ.get("LD_PRELOAD")
-            os.environ["LD_PRELOAD"] = f"{counting}:{before}" if before else str(counting)
-            os.execv(sys.executable, [sys.executable, *sys.orig_argv[1:]])
+        count_allocations()
         seconds = number(Layer("--period", "", {}, numbered=False), "period", period, TIME)
+        if seconds < 0.0:
+            raise SceneError(f"--period {period}: before the last step; give a time above 0, or 0 for no pacing")
         steps = [f"coupling.macro_step={seconds!r}"] if seconds > 0.0 else []
         described = read(scene, [*override, *steps])
-        result = run_realtime(described, max(seconds, 0.0))
+        result = run_realtime(described, seconds)
         table = Table("of the steps", "take at most")
         for share in SHARES:
             longest = float(np.percentile(result.durations, share, method="higher"))
@@ -69,3 +68,15 @@ def command(
         written(path)
     if result.misses:
         raise SystemExit(1)
+
+
+def count_allocations() -> None:
+    """Start this process anew with the library that counts allocations, where it is there and not loaded yet."""
+    from ..engine.realtime import counting_library
+
+    counting = counting_library()
+    if counting is None or "tca_counting" in os.environ.get("LD_PRELOAD", ""):
+        return
+    before = os.environ.get("LD_PRELOAD")
+    os.environ["LD_PRELOAD"] = f"{counting}:{before}" if before else str(counting)
+    os.execv(sys.executable, [sys.executable, *sys.orig_argv[1:]])

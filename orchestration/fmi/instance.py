@@ -297,7 +297,8 @@ class Instance:
                 self._log.warn(f"{what} answered fmi2Warning and logged nothing")
             self._log.messages.clear()
             return
-        text = f"{self.name}: {what}: {self._log.take()}"
+        said = self._log.take()
+        text = f"{self.name}: {said if said.startswith(f'{what}: ') else f'{what}: {said}'}"
         if status == fmi2.fmi2Fatal:
             self._dead = text = f"{text}; a fatal error, after which it cannot go on"
         raise SubsystemError(text, fatal=status == fmi2.fmi2Fatal)

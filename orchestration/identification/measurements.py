@@ -75,9 +75,11 @@ def read_measurements(scene: Scene, path: Path) -> Measurements:
         heads, (times, *columns) = read_samples(path)
         for (name, unit), column in zip(heads[1:], columns, strict=True):
             values[name] = np.array(convert_column(column, unit, _output(scene, name), path))
+        return measurements_of(scene, np.array(times), values)
     except ValueError as error:
         raise SceneError(f"{error}") from error
-    return measurements_of(scene, np.array(times), values)
+    except SceneError as error:
+        raise SceneError(f"{path}: {error}") from error
 
 
 def _output(scene: Scene, name: str) -> Variable:
@@ -85,7 +87,8 @@ def _output(scene: Scene, name: str) -> Variable:
     owner = next((m for m in scene.members if m.name == member), None)
     if owner is None:
         raise SceneError(
-            f"measurements of {name!r}: no FMU {member!r}; the scene has {', '.join(m.name for m in scene.members)}"
+            f"measurements of {name!r}: no FMU {member!r}; name the columns after outputs of the scene's FMUs "
+            f"({', '.join(m.name for m in scene.members)}), such as rod.tip.p[1]"
         )
     outputs = [v.name for v in owner.archive.variables.values() if v.causality == "output" and not v.discrete]
     if variable not in outputs:

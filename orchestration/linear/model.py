@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy.linalg import expm
 
-from ..errors import SceneError
+from ..errors import SceneError, similar
 
 __all__ = ["LinearModel", "Quantity"]
 
@@ -129,10 +129,7 @@ def _chosen(names: Sequence[str], quantities: Sequence[Quantity], what: str) -> 
     for name in names:
         matching = [k for k, q in enumerate(quantities) if q.name == name or q.name.startswith(f"{name}[")]
         if not matching:
-            raise SceneError(f"{name}: the linear model has no such {what}; it has {_summary(quantities)}")
+            known = dict.fromkeys(q.name.partition("[")[0] for q in quantities)
+            raise SceneError(f"{name}: the linear model has no such {what}; {similar(name, known)}")
         chosen += [k for k in matching if k not in chosen]
     return chosen
-
-
-def _summary(quantities: Sequence[Quantity]) -> str:
-    return ", ".join(dict.fromkeys(q.name.partition("[")[0] for q in quantities))

@@ -99,6 +99,8 @@ def read_target(scene: Scene, path: Path) -> Target:
             times, paths[name] = signal.times, signal.values  # type: ignore[attr-defined]
     except ValueError as error:
         raise SceneError(f"{error}") from error
+    except SceneError as error:
+        raise SceneError(f"{path}: {error}") from error
     assert times is not None
     return target_of(scene, times, paths)
 
@@ -116,5 +118,8 @@ def _output(scene: Scene, name: str) -> str:
     short = name.removeprefix(f"{member.name}.")
     outputs = [v.name for v in member.archive.variables.values() if v.causality == "output" and not v.discrete]
     if short not in outputs:
-        raise SceneError(f"path of {name!r}: the rod has no such output; {similar(short, outputs)}")
+        raise SceneError(
+            f"path of {name!r}: the rod has no such output; name the columns after outputs, such as tip.p[1] for the "
+            f"tip's x; {similar(short, outputs)}"
+        )
     return short

@@ -30,24 +30,45 @@ _TIME = Variable("time", 0, "Real", "local", "fixed", "", "s", {"s": 1})
 MAX_ROWS = 1_000_000  # of a table: each row of a linear one is an event at which a macro step ends
 
 
-def column_signal(content: Any, folder: Path, variable: Variable) -> Signal:
-    """Read a signal for a variable; relative files start from `folder`. Raises ValueError with problem and remedy."""
+def column_signal(content: Any, folder: Path, variable: Variable, is_short: bool = False) -> Signal:
+    """Read a signal for a variable.
+
+    Parameters
+    ----------
+    content
+        The table, with entries of ENTRIES.
+    folder
+        Folder that relative files start from.
+    variable
+        What the signal drives.
+    is_short
+        Whether the scene has the short form, whose entries messages name: hold instead of table.interpolation.
+
+    Raises
+    ------
+    ValueError
+        With problem and remedy.
+    """
+
+    def entry(name: str) -> str:
+        return {"interpolation": "hold"}.get(name, name) if is_short else f"table.{name}"
+
     if not isinstance(content, Mapping) or "file" not in content:
         raise ValueError(f"give table as {{ file = 'volts.csv', column = 'V1' }}; allowed: {', '.join(ENTRIES)}")
     for key, value in content.items():
         if key not in ENTRIES:
-            raise ValueError(f"table.{key}: unknown; {similar(str(key), ENTRIES)}")
+            raise ValueError(f"{entry(key)}: unknown; {similar(str(key), [entry(n) for n in ENTRIES])}")
         if not isinstance(value, str):
-            raise ValueError(f"table.{key} = {value!r}: wrong type; give a text")
+            raise ValueError(f"{entry(key)} = {value!r}: wrong type; give a text")
     kind = content.get("interpolation", "linear")
     if kind not in _INTERPOLATIONS:
-        raise ValueError(f"table.interpolation = {kind!r}: {similar(kind, _INTERPOLATIONS)}")
+        raise ValueError(f"{entry('interpolation')} = {kind!r}: {similar(kind, _INTERPOLATIONS)}")
     path = folder / content["file"]
     names, stated, rows = _read(path, _modified(path))
-    time = _index(content.get("time", names[0]), names, "time")
+    time = _index(content.get("time", names[0]), names, entry("time"), path)
     if "column" not in content and len(names) > 2:
         raise ValueError(f"table without column; allowed: {', '.join(name for name in names if name != names[time])}")
-    column = _index(content.get("column", names[1] if len(names) > 1 else names[0]), names, "column")
+    column = _index(content.get("column", names[1] if len(names) > 1 else names[0]), names, entry("column"), path)
     times = convert_column([row[time] for row in rows], stated[time], _TIME, path)
     values = convert_column([row[column] for row in rows], stated[column], variable, path)
     if any(b <= a for a, b in itertools.pairwise(times)):
@@ -80,8 +101,10 @@ def read_samples(path: Path) -> tuple[list[tuple[str, str]], list[list[float]]]:
     """
     try:
         lines = [line for line in path.read_text(encoding="utf-8-sig").splitlines() if line.strip()]
-    except (OSError, UnicodeDecodeError) as error:
-        raise ValueError(f"{path}: cannot be read: {error}; give a CSV file in UTF-8") from error
+    except OSError as error:
+        raise ValueError(f"{path}: {(error.strerror or 'not found').lower()}; check the path") from error
+    except UnicodeDecodeError as error:
+        raise ValueError(f"{path}: not a text in UTF-8; save the file as UTF-8") from error
     lines = [line for line in lines if not line.startswith("#")]
     if len(lines) < 2:
         raise ValueError(f"{path}: no rows; give a line of names and at least one row of numbers")
@@ -131,8 +154,10 @@ def _read(path: Path, modified: int) -> tuple[list[str], list[str], list[list[fl
     """Names, units ('' where none) and rows of a file."""
     try:
         text = path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        raise ValueError(f"{path}: cannot be read: {error}; give a CSV file in UTF-8") from error
+    except OSError as error:
+        raise ValueError(f"{path}: {(error.strerror or 'not found').lower()}; check the path") from error
+    except UnicodeDecodeError as error:
+        raise ValueError(f"{path}: not a text in UTF-8; save the file as UTF-8") from error
     lines = [line for line in text.splitlines() if line.strip() and not line.startswith("#")]
     if len(lines) < 2:
         raise ValueError(f"{path}: no rows; give a line of names and at least one row of numbers")
@@ -153,9 +178,9 @@ def _read(path: Path, modified: int) -> tuple[list[str], list[str], list[list[fl
     return names, stated, rows
 
 
-def _index(name: str, names: list[str], what: str) -> int:
+def _index(name: str, names: list[str], what: str, path: Path) -> int:
     if name not in names:
-        raise ValueError(f"table.{what} = {name!r}: no such column; {similar(name, names)}")
+        raise ValueError(f"{what} = {name!r}: no such column in {path}; {similar(name, names)}")
     return names.index(name)
 
 

@@ -16,6 +16,7 @@ from ..fmi.archive import Archive, similar
 from .body import RodParameters
 from .manipulator import ROD, SHARED_PARAMETERS, STIFFNESS, THERMAL, Geometry
 from .member import Member, settable
+from .sizes import SIZE_KEYS
 from .validation import Layer, flat
 
 __all__ = ["SHARED_TABLES", "check_profile", "check_shared", "distribute"]
@@ -44,9 +45,8 @@ def _distributed(layer: Layer, archives: Mapping[str, Archive]) -> Layer:
         owners = [name for name, archive in archives.items() if {key, base} & {*archive.variables, *archive.vectors}]
         if not owners:
             known = {name for archive in archives.values() for name in settable(archive)}
-            layer.refuse(
-                key, value, f"no FMU has it; {similar(key, [k for k in known if k.startswith(SHARED_TABLES)])}"
-            )
+            known = {name for name in known if name.startswith(SHARED_TABLES)} | set(SIZE_KEYS)
+            layer.refuse(key, value, f"no FMU has it; {similar(key, known)}")
         for owner in owners:
             handed.setdefault(owner, {})[key] = value
     for owner, values in handed.items():
@@ -132,6 +132,11 @@ def _fits_in(heat: Member, rod: Member, body: RodParameters, wire: Connection) -
     k, i = (int(index[1]) - 1 for index in indices if index)
     section, tca = Geometry.of(heat), body.tcas[i]
     part = body.segments[tca.first_segment - 1 : tca.last_segment]
+    if not part:
+        raise SceneError(
+            f"{rod.name}.tca.first_segment[{i + 1}] = {tca.first_segment}, but {rod.name}.tca.last_segment[{i + 1}] = "
+            f"{tca.last_segment}: no span of a body of {len(body.segments)} segments; set first <= last"
+        )
     radii = [radius for segment in part for radius in (segment.radius, segment.radius_end)]
     start, end = body.span(i)
     offsets = (tca.offset, tca.offset_end)

@@ -180,7 +180,7 @@ def _refuse_name(layer: Layer, member: str, key: str, raw: Any, archive: Archive
     for cut in (k for k, character in enumerate(key) if character == "."):
         if key[:cut] in archive.variables or key[:cut] in archive.vectors:
             word = key[cut + 1 :]
-            problem = f"{word!r} is not a signal; {similar(word, validation.SIGNALS)}"
+            problem = f"{word!r} is not a signal; {similar(word, (*validation.SIGNALS, 'file'))}"
             layer.refuse(f"{member}.{key[:cut]}", {word: raw}, problem)
     base, bracket, _ = key.rpartition("[")
     if bracket and base in archive.vectors:

@@ -15,11 +15,18 @@ from ..fmi.configuration import Configuration, can_configure, configured_fmu
 from ..fmi.python_fmu import SUFFIX, built_fmu
 from .validation import Layer
 
-__all__ = ["MAX_SIZES", "open_archives", "take_sizes"]
+__all__ = ["MAX_SIZES", "SIZE_KEYS", "open_archives", "take_sizes"]
 
 _TABLE = "body"
 _PORTS = "ports"  # true or false: the rod's ports for models of its surroundings
 MAX_SIZES = {"tcas": 12, "segments": 6}  # room in the FMUs (fmus/core/capacity.hpp)
+SIZE_KEYS = {  # keys of a scene, and what they mean
+    f"{_TABLE}.tcas": f"number of TCAs, 1 to {MAX_SIZES['tcas']}; start values spread them evenly (default 3)",
+    f"{_TABLE}.segments": f"number of segments of the rod, 1 to {MAX_SIZES['segments']}, each with radii, material and "
+    "order of its own: segment.radius[j,1], segment.E[j] (default 1)",
+    f"{_TABLE}.{_PORTS}": "true gives the rod inputs shape.f (force per length along the body), outputs shape.v, "
+    "base.force and base.moment (default false)",
+}
 Sizes = dict[str, dict[str, tuple[int, Layer]]]  # by member, "" for all: key -> size and the layer that sets it
 
 

@@ -41,6 +41,7 @@ SHAPES: dict[str, dict[str, tuple[str, float | None]]] = {
 }
 SIGNALS = ("steps", "ramps", "table", *SHAPES)
 SIGNAL_TYPES = (Constant, Steps, Ramps, Sine, Impulse)  # signals that Python hands over as they are
+_BARE_LIST = re.compile(r"\[[^\[\]]*\]")  # what --set leaves of a list that is not TOML
 _COMMA = re.compile(r"\s*[-+]?\d+,\d")
 MAX_PULSES = 100_000  # of a train: two events each, which a run steps to one by one
 
@@ -66,6 +67,9 @@ def number(layer: Layer, key: str, raw: Any, variable: Variable, difference: boo
     if isinstance(raw, bool) or not isinstance(raw, (int, float, str)):
         example = "" if variable.unit == "1" else f", or a text with a unit, such as '1 {variable.unit}'"
         layer.refuse(key, raw, f"wrong type; give a number in {variable.unit!r}{example}")
+    if isinstance(raw, str) and _BARE_LIST.fullmatch(raw):
+        items = ", ".join(repr(item.strip().strip("'\"")) for item in raw[1:-1].split(","))
+        layer.refuse(key, raw, f"not a list; put its texts in quotes: [{items}]")
     if isinstance(raw, str) and _COMMA.match(raw):
         layer.refuse(key, raw, f"not a number with a unit; write a point: {raw.replace(',', '.', 1)!r}")
     try:
@@ -139,7 +143,8 @@ def signal(layer: Layer, key: str, raw: Any, variable: Variable) -> Signal:
         return raw
     if not isinstance(raw, Mapping):
         return Constant(float(scalar(layer, key, raw, variable)))
-    if "file" in raw and "column" in raw:  # a table in short
+    given, is_short = dict(raw), "file" in raw and "column" in raw
+    if is_short:
         raw = {"table": {"interpolation" if entry == "hold" else entry: value for entry, value in raw.items()}}
     if variable.type == "String":
         layer.refuse(key, dict(raw), "the variable is a String, which is constant; give a text")
@@ -152,9 +157,9 @@ def signal(layer: Layer, key: str, raw: Any, variable: Variable) -> Signal:
         return _shaped(layer, key, kind, content, variable)
     if kind == "table":
         try:
-            return column_signal(content, layer.folder, variable)
+            return column_signal(content, layer.folder, variable, is_short)
         except ValueError as error:
-            layer.refuse(key, content, str(error))
+            layer.refuse(key, given if is_short else content, str(error))
     pairs: list[Any] = content if isinstance(content, list) and content else [None]
     if not all(isinstance(pair, list) and len(pair) == 2 for pair in pairs):
         layer.refuse(key, content, f"give {kind} as a list of pairs [time, value]")
