@@ -44,6 +44,10 @@ void read_line(std::size_t number, std::string_view line, Configuration& configu
     if (value != "true" && value != "false")
       refuse(number, "ports = '" + std::string(value) + "'; allowed: true, false");
     configuration.has_ports = value == "true";
+  } else if (name == "creep") {
+    if (value != "true" && value != "false")
+      refuse(number, "creep = '" + std::string(value) + "'; allowed: true, false");
+    configuration.has_creep = value == "true";
   } else if (name == "states") {
     if (value != "all" && value != "moving")
       refuse(number, "states = '" + std::string(value) + "'; allowed: all, moving");
@@ -53,7 +57,7 @@ void read_line(std::size_t number, std::string_view line, Configuration& configu
     if (start.empty()) refuse(number, "start needs the name of a variable and a value");
     configuration.starts.push_back({std::string(value), std::string(start)});
   } else {
-    refuse(number, "unknown entry '" + std::string(name) + "'; allowed: tcas, segments, ports, states, start");
+    refuse(number, "unknown entry '" + std::string(name) + "'; allowed: tcas, segments, ports, creep, states, start");
   }
   if (!line.empty()) refuse(number, "'" + std::string(line) + "' is too much; one entry per line");
 }
@@ -75,6 +79,7 @@ std::string text_of(const Configuration& configuration) {
                      std::to_string(configuration.segments) + "\nstates " +
                      (configuration.has_moving_states_only ? "moving" : "all") + "\n";
   if (configuration.has_ports) text += "ports true\n";
+  if (configuration.has_creep) text += "creep true\n";
   for (const Start& start : configuration.starts) text += "start " + start.name + " " + start.value + "\n";
   return text;
 }

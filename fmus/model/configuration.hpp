@@ -3,6 +3,7 @@
 //   tcas 4                   number of TCAs, 1 to 12
 //   segments 2               number of segments of the rod, 1 to 6; the thermal FMU is one cross-section and ignores it
 //   ports true               false (default), or ports of the rod for contact, fluid and multibody models
+//   creep true               false (default), or creep of TCAs whose law is measured: its parameters and outputs
 //   states moving            all (default), or those alone that the start values of the parameters let move
 //   start body.radius 0.004  start value of a parameter or input: a number, true or false, or an enumeration's item
 #pragma once
@@ -26,6 +27,7 @@ struct Configuration {
   std::size_t tcas = core::kDefaultTcas;
   std::size_t segments = core::kDefaultSegments;
   bool has_ports = false;
+  bool has_creep = false;
   bool has_moving_states_only = false;
   std::vector<Start> starts;
   bool operator==(const Configuration&) const = default;

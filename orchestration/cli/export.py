@@ -27,6 +27,9 @@ def command(
     ports: Annotated[
         bool, typer.Option("--ports", help="With the rod's ports: forces along the body, velocities, clamp reaction")
     ] = False,
+    creep: Annotated[
+        bool, typer.Option("--creep", help="With creep of TCAs whose law is measured: its parameters and outputs")
+    ] = False,
     fmu: Annotated[list[str] | None, typer.Option("--fmu", help="thermal or rod; default: both")] = None,
     like: Annotated[
         str | None,
@@ -56,12 +59,14 @@ def command(
             raise CosimError("--scene holds for an SSP archive; add --ssp FILE.ssp, or say --like for FMUs")
         if system is None and like is None and override:
             raise CosimError("--set holds for an SSP archive or --like SCENE; add one of them")
-        if folder is None and (like is not None or tcas or segments or ports or fmu):
-            raise CosimError("--like, --tcas, --segments, --ports and --fmu hold for FMUs; name a folder for them")
-        if like is not None and (tcas or segments or ports):
+        if folder is None and (like is not None or tcas or segments or ports or creep or fmu):
+            raise CosimError(
+                "--like, --tcas, --segments, --ports, --creep and --fmu hold for FMUs; name a folder for them"
+            )
+        if like is not None and (tcas or segments or ports or creep):
             size = " ".join(
                 f"--set body.{key}={str(value).lower()}"
-                for key, value in (("tcas", tcas), ("segments", segments), ("ports", ports))
+                for key, value in (("tcas", tcas), ("segments", segments), ("ports", ports), ("creep", creep))
                 if value
             )
             raise CosimError(f"--like takes the size from the scene; set it there, or with {size}")
@@ -71,7 +76,7 @@ def command(
             paths = (
                 _like(folder, like, fmu, override)
                 if like is not None
-                else _sized(folder, Configuration(tcas, segments, ports or None), fmu)
+                else _sized(folder, Configuration(tcas, segments, ports or None, creep or None), fmu)
             )
             for path in paths:
                 written(path)

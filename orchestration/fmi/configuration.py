@@ -38,13 +38,15 @@ class Configuration:
     tcas: int | None = None  # 1 to 12
     segments: int | None = None  # 1 to 6; FMUs of one cross-section ignore it
     ports: bool | None = None  # of the rod: forces along the body, velocities there, reaction of the clamp
+    creep: bool | None = None  # of the rod: parameters and outputs of creeping TCAs
     only_moving_states: bool = False  # declares only states that the start values let move
     starts: Mapping[str, Value] = field(default_factory=dict)  # start values of parameters and inputs
 
     def text(self) -> str:
         """Write the configuration as the binary reads it."""
         lines = [f"{name} {size}" for name, size in (("tcas", self.tcas), ("segments", self.segments)) if size]
-        lines += [] if self.ports is None else [f"ports {_text(self.ports)}"]
+        for name, chosen in (("ports", self.ports), ("creep", self.creep)):
+            lines += [] if chosen is None else [f"{name} {_text(chosen)}"]
         lines += ["states moving"] * self.only_moving_states
         lines += [f"start {name} {_text(value)}" for name, value in self.starts.items()]
         return "".join(f"{line}\n" for line in lines)

@@ -65,6 +65,7 @@ class TcaParameters:
     stop: float  # [m]
     stop_width: float  # [m]
     stop_stiffness: float  # [N/m]
+    creep_compliance: float  # [m/N]; 0 where it does not creep
 
     @property
     def behaviour(self) -> TcaParameters:
@@ -156,6 +157,8 @@ class RodParameters:
             for tca in self.tcas
         ):
             found.append("a measured law that is not linear")
+        if any(tca.creep_compliance for tca in self.tcas):
+            found.append("a TCA that creeps")
         found += [f"tca.contact = {self.contact!r}"] * (self.contact != "sliding")
         found += [f"tca.ends = {self.ends!r}"] * (self.ends != "free")
         found += ["a body at the tip"] * (self.tip_body.mass > 0.0)
@@ -214,4 +217,5 @@ def _tca(p: Parameters, i: int, count: int) -> TcaParameters:
         stop=real("stop"),
         stop_width=real("stop_width"),
         stop_stiffness=real("stop_stiffness"),
+        creep_compliance=real("creep_compliance") if p.has("tca.creep_compliance") else 0.0,
     )

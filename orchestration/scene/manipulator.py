@@ -90,6 +90,9 @@ class Parameters(Protocol):
     def choice(self, parameter: str) -> str:
         """Name of an enumeration's item."""
 
+    def has(self, parameter: str) -> bool:
+        """Whether the FMU has a parameter: its size and options decide."""
+
 
 @dataclass(frozen=True)
 class RecordedParameters:
@@ -109,6 +112,9 @@ class RecordedParameters:
 
     def choice(self, parameter: str) -> str:
         return self.choices[parameter]
+
+    def has(self, parameter: str) -> bool:
+        return parameter in self.values
 
 
 def is_element_of(name: str, vector: str) -> bool:

@@ -49,6 +49,10 @@ class Member:
         """Values of a parameter for `count` TCAs: those of a vector, or those of a scalar that holds for all."""
         return self.reals(parameter) if parameter in self.archive.vectors else (self.real(parameter),) * count
 
+    def has(self, parameter: str) -> bool:
+        """Whether the FMU has a parameter."""
+        return parameter in self.archive.variables
+
     def acts(self, parameter: str) -> bool:
         """Whether a parameter, or an element of a vector, is there and not 0."""
         return any(self.value(name) not in (None, 0) for name in self.archive.vectors.get(parameter, (parameter,)))

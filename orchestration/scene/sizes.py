@@ -1,4 +1,4 @@
-"""Size of the body in a scene: the keys tcas, segments and ports of the table [body], or body.tcas of one FMU.
+"""Size of the body in a scene: the keys tcas, segments, ports and creep of the table [body], or body.tcas of one FMU.
 
 FMUs of this package are written at that size when the scene is read (fmi/configuration.py); all others have the size
 that they have."""
@@ -18,7 +18,7 @@ from .validation import Layer
 __all__ = ["MAX_SIZES", "SIZE_KEYS", "open_archives", "take_sizes"]
 
 _TABLE = "body"
-_PORTS = "ports"  # true or false: the rod's ports for models of its surroundings
+_OPTIONS = ("ports", "creep")  # true or false: the rod's ports for models of its surroundings, creep of its TCAs
 MAX_SIZES = {"tcas": 12, "segments": 6}  # room in the FMUs (fmus/core/capacity.hpp)
 SIZE_KEYS = {  # keys of a scene, and what they mean
     f"{_TABLE}.tcas": f"number of TCAs, 1 to {MAX_SIZES['tcas']}; start values spread them evenly (default 3)",
@@ -79,11 +79,13 @@ def _without(
         if isinstance(size, bool) or not isinstance(size, int) or not 1 <= size <= most:
             layer.refuse(f"{label}.{key}", size, f"give a whole number from 1 to {most}")
         sizes.setdefault(member, {})[key] = (size, layer)
-    ports = kept.pop(prefix + _PORTS, None)
-    if ports is not None:
-        if not isinstance(ports, bool):
-            layer.refuse(f"{label}.{_PORTS}", ports, "give true or false")
-        sizes.setdefault(member, {})[_PORTS] = (ports, layer)
+    for key in _OPTIONS:
+        chosen = kept.pop(prefix + key, None)
+        if chosen is None:
+            continue
+        if not isinstance(chosen, bool):
+            layer.refuse(f"{label}.{key}", chosen, "give true or false")
+        sizes.setdefault(member, {})[key] = (chosen, layer)
     return kept
 
 
@@ -121,8 +123,8 @@ def open_archives(
         wanted = {**sizes.get("", {}), **sizes.get(name, {})}
         if can_configure(source) and wanted:
             tcas, segments = (wanted[key][0] if key in wanted else None for key in MAX_SIZES)
-            ports = bool(wanted[_PORTS][0]) if _PORTS in wanted else None
-            archives[name] = archive(configured_fmu(source, Configuration(tcas, segments, ports)))
+            ports, creep = (bool(wanted[key][0]) if key in wanted else None for key in _OPTIONS)
+            archives[name] = archive(configured_fmu(source, Configuration(tcas, segments, ports, creep)))
             source.close()
         elif name in sizes:
             key, (size, layer) = next(iter(sizes[name].items()))

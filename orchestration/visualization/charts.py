@@ -125,6 +125,7 @@ _ROD = (
     _vector("Velocity of the tip", "tip.v", milli=True),
     _per_tca("Displacements of the TCAs", "delta", milli=True),
     _per_tca("Tensions of the TCAs", "N"),
+    _per_tca("Creep of the TCAs", "creep", milli=True),
     _Group(
         "Energies of the rod",
         tuple(_Quantity(f"energy.{kind}", (label,)) for kind, label in _ENERGIES.items()),

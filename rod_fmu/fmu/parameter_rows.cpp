@@ -6,10 +6,10 @@
 
 namespace rod {
 
-void add_parameters(Table& table, const Parameters& p) {
+void add_parameters(Table& table, const Parameters& p, bool has_creep) {
   SharedRows shared(table, p);
   add_body(table, shared, p);
-  add_tcas(table, shared, p);
+  add_tcas(table, shared, p, has_creep);
   table.parameter("T_0", p.T_0, "K", "temperature of zero free stroke").range(1, 1e5).nominal(300);
   table
       .parameter("closure", p.closure, "",
@@ -64,6 +64,9 @@ constexpr const char* kRetuned[] = {
     "tca.stroke",
     "tca.stroke_curvature",
     "tca.stop",
+    "tca.creep_compliance",
+    "tca.creep_time",
+    "tca.creep_activation",
     "tca.stop_width",
     "tca.stop_stiffness",
     "tip_body.inertia",

@@ -90,6 +90,11 @@ void add_outputs(Table& table, const Outputs& y, std::size_t tcas) {
           .depends({"strain"});
 }
 
+void add_creep(Table& table, const Outputs& y, std::size_t tcas) {
+  for (std::size_t i = 0; i < tcas; ++i)
+    table.output(fmu::indexed("creep", i), y.creep[i], "m", "creep of the TCA since the start").nominal(1e-3);
+}
+
 void add_ports(Table& table, const Inputs& u, const Outputs& y) {
   const std::vector<std::string> acting = {"strain",  "strain_rate", "T",          "delta_guess",
                                            "gravity", "tip_force",   "tip_moment", "shape.f"};

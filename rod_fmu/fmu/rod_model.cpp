@@ -164,6 +164,24 @@ fmu::Status check_contact(const Parameters& p) {
   return {};
 }
 
+/// Fails where a TCA creeps in a rod that the integration of creep does not cover.
+fmu::Status check_creep(const Parameters& p) {
+  for (std::size_t i = 0; i < p.tcas; ++i) {
+    if (p.tca[i].creep_compliance == 0.0) continue;
+    const std::string name = "tca.creep_compliance[" + std::to_string(i + 1) + "] > 0";
+    if (p.tca[i].law != Law::measured)
+      return refuse(name, " acts on the spring of a measured TCA, but tca.law[", i + 1,
+                    "] is wire; set it to measured, or the compliance to 0");
+    if (p.dynamic)
+      return refuse(name,
+                    " needs dynamic = false: creep takes seconds, in which the rod is at rest; set it so, or the "
+                    "compliance to 0");
+    if (p.closure == Closure::exchanged || p.contact == Contact::bonded)
+      return refuse(name, " needs closure = inside and tca.contact = sliding; set them so, or the compliance to 0");
+  }
+  return {};
+}
+
 /// Fails where the paper's scheme cannot have this body.
 fmu::Status check_grid(const Parameters& p) {
   if (!(p.dynamic && p.method == Method::pade_euler)) return {};
@@ -192,6 +210,7 @@ fmu::Status check(const Parameters& p) {
     if (fmu::Status status = check_law(p, i); !status.is_ok()) return status;
   }
   if (fmu::Status status = check_contact(p); !status.is_ok()) return status;
+  if (fmu::Status status = check_creep(p); !status.is_ok()) return status;
   if (fmu::Status status = check_grid(p); !status.is_ok()) return status;
   return p.planar ? check_plane(p) : fmu::Status();
 }

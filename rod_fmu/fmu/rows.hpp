@@ -23,12 +23,12 @@ inline std::string element(const std::string& name, std::size_t row, std::size_t
   return name + "[" + std::to_string(row + 1) + "," + std::to_string(column + 1) + "]";
 }
 
-void add_parameters(Table& table, const Parameters& p);
+void add_parameters(Table& table, const Parameters& p, bool has_creep);
 void add_body(Table& table, SharedRows& shared, const Parameters& p);
 /// Rows of single segments whose names have two indices, or whose row for all segments is special.
 void add_segments(Table& table, const Parameters& p);
 void add_tip_body(Table& table, const Parameters& p);
-void add_tcas(Table& table, SharedRows& shared, const Parameters& p);
+void add_tcas(Table& table, SharedRows& shared, const Parameters& p, bool has_creep);
 /// Rows of single TCAs that have no row for all, or a special one.
 void add_routing(Table& table, const Parameters& p);
 /// Marks the parameters that may change in a rod that moves.
@@ -38,6 +38,8 @@ void add_inputs(Table& table, const Inputs& u);
 void add_outputs(Table& table, const Outputs& y, std::size_t tcas);
 /// Ports for models of the surroundings: forces along the body, velocities where they act, reaction of the clamp.
 void add_ports(Table& table, const Inputs& u, const Outputs& y);
+/// Creep of the TCAs, of an FMU that is written with it.
+void add_creep(Table& table, const Outputs& y, std::size_t tcas);
 /// Coefficients of the largest rod and their rates, in the order of Rod::to_states.
 void add_states(Table& table, std::size_t segments, bool has_ports);
 

@@ -6,6 +6,7 @@
 
 #include "fmu/engine.hpp"
 #include "integration/bdf.hpp"
+#include "integration/creep.hpp"
 
 namespace rod {
 
@@ -16,21 +17,27 @@ class StrainEngine final : public Engine {
   explicit StrainEngine(const Parameters& p)
       : owner_(make_rod(p)), rod_(*owner_), dynamic_(p.dynamic), method_(p.method) {
     if (method_ == Method::bdf) bdf_.emplace(rod_.unknowns());
+    if (std::any_of(p.tca.begin(), p.tca.begin() + static_cast<std::ptrdiff_t>(p.tcas),
+                    [](const Tca& tca) { return tca.creep_compliance > 0.0; }))
+      creep_.emplace();
   }
 
   long evaluations() const override { return scratch_.evaluations(); }
 
-  std::size_t memory_size() const override { return State::size(rod_.unknowns()); }
+  /// The creep of every TCA follows the state.
+  std::size_t memory_size() const override { return State::size(rod_.unknowns()) + (creep_ ? rod_.tcas() : 0); }
 
   void set_unloaded(std::span<double> memory) override { std::fill(memory.begin(), memory.end(), 0.0); }
 
   core::Status solve_equilibrium(std::span<double> memory, const Loads& loads) override {
     State now = state(memory);
+    restore_creep(memory);
     return rod::solve_equilibrium(rod_, loads, now, scratch_);
   }
 
   StepOutcome step(std::span<double> memory, const Inputs& u, double h, double tolerance) override {
     State now = state(memory);
+    if (creep_) return creep_->step(*owner_, u, h, tolerance, now, creep_of(memory), scratch_);
     if (!dynamic_) return step_static(rod_, u, h, now, scratch_);
     switch (method_) {
       case Method::backward_euler:
@@ -50,6 +57,7 @@ class StrainEngine final : public Engine {
 
   void outputs(std::span<double> memory, const Loads& loads, Outputs& y) override {
     const State now = state(memory);
+    restore_creep(memory);
     rod_.kinematics(now.q.data(), now.v.data(), loads, scratch_.newton.work);
     rod_.outputs(now.q.data(), now.v.data(), loads, scratch_.newton.work, y);
     y.energy_dissipated = now.dissipated;
@@ -60,6 +68,7 @@ class StrainEngine final : public Engine {
   core::Status clamp_reaction(std::span<double> memory, const Loads& loads, Outputs& y) override {
     copy_.assign(memory.begin(), memory.end());
     State now = state(copy_);
+    restore_creep(copy_);
     Workspace& work = scratch_.newton.work;
     if (dynamic_) {
       if (core::Status status = solve_acceleration(rod_, loads, now, scratch_); !status.is_ok()) return status;
@@ -86,6 +95,7 @@ class StrainEngine final : public Engine {
   bool equilibrium_rate(std::span<double> memory, const Loads& loads, const Loads& change,
                         std::span<double> rate) override {
     const State now = state(memory);
+    restore_creep(memory);
     const Vector zero = Vector::Zero(rod_.unknowns());
     Workspace& work = scratch_.newton.work;
     rod_.residual(now.q.data(), zero.data(), zero.data(), loads, work, scratch_.r);
@@ -150,6 +160,10 @@ class StrainEngine final : public Engine {
 
  private:
   State state(std::span<double> memory) const { return State(memory.data(), rod_.unknowns()); }
+  double* creep_of(std::span<double> memory) const { return memory.data() + State::size(rod_.unknowns()); }
+  void restore_creep(std::span<double> memory) {
+    if (creep_) set_creep(*owner_, creep_of(memory));
+  }
 
   void write_states(const Eigen::Map<Vector>& first, const Eigen::Map<Vector>& second, double last,
                     std::span<double> x) const {
@@ -159,13 +173,14 @@ class StrainEngine final : public Engine {
     x[2 * half] = last;
   }
 
-  std::unique_ptr<const Rod> owner_;
+  std::unique_ptr<Rod> owner_;
   const Rod& rod_;
   bool dynamic_;
   Method method_;
   Scratch scratch_;
   std::vector<double> copy_;  // scratch of rates()
   std::optional<Bdf> bdf_;
+  std::optional<CreepIntegrator> creep_;
 };
 
 }  // namespace

@@ -17,10 +17,11 @@ std::vector<fmu::Variable> fmu::variables(const fmu::Configuration& configuratio
   const rod::Data defaults(configuration.tcas, configuration.segments, configuration.has_ports);
   const rod::Parameters& p = defaults.parameters;
   rod::Table table(defaults);
-  rod::add_parameters(table, p);
+  rod::add_parameters(table, p, configuration.has_creep);
   rod::add_inputs(table, defaults.inputs);
   rod::add_outputs(table, defaults.outputs, p.tcas);
   if (configuration.has_ports) rod::add_ports(table, defaults.inputs, defaults.outputs);
+  if (configuration.has_creep) rod::add_creep(table, defaults.outputs, p.tcas);
   rod::add_states(table, p.segments, configuration.has_ports);
   std::vector<Variable> rows = std::move(table).rows();
   rod::mark_retuned(rows);

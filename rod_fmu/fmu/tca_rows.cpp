@@ -34,9 +34,17 @@ void add_measured(SharedRows& shared) {
               within(0, kHuge, 100));
 }
 
+void add_creep_law(SharedRows& shared) {
+  shared.tcas("tca.creep_compliance", &Tca::creep_compliance, "m/N",
+              "creep per tension after a long time, used when tca.law = measured; 0: no creep", within(0, kHuge, 0.01));
+  shared.tcas("tca.creep_time", &Tca::creep_time, "s", "retardation time of the creep at T_0", within(kTiny, 1e12, 10));
+  shared.tcas("tca.creep_activation", &Tca::creep_activation, "K",
+              "activation of the creep's rate: energy over the gas constant", within(-1e6, 1e6, 1e3));
+}
+
 }  // namespace
 
-void add_tcas(Table& table, SharedRows& shared, const Parameters& p) {
+void add_tcas(Table& table, SharedRows& shared, const Parameters& p, bool has_creep) {
   fmu::Variable& offset =
       table.parameter("tca.offset", p.tca[0].offset, "m", "distance of the TCAs from the centreline, at both ends")
           .range(0, 1e3)
@@ -62,6 +70,7 @@ void add_tcas(Table& table, SharedRows& shared, const Parameters& p) {
               among({"frozen", "current"}));
   add_wire(shared);
   add_measured(shared);
+  if (has_creep) add_creep_law(shared);
   table
       .parameter("tca.contact", p.contact, "",
                  "TCAs in the body: sliding in their channels, one tension each; bonded to it, a tension per section")

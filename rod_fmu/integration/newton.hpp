@@ -36,6 +36,14 @@ class Newton {
   /// Writes the velocity v with which an equilibrium moves under changing loads, K v = -dr/dt. The last call must have
   /// been a successful solve() or solve_with_homotopy() of statics.
   void equilibrium_velocity(const Rod& rod, const Loads& loads, const Loads& rates, Vector& v);
+  /// The same where add(r_t) adds to the rate of the residual at fixed strains.
+  template <class Add>
+  void equilibrium_velocity(const Rod& rod, const Loads& loads, const Loads& rates, Vector& v, Add add) {
+    rod.load_derivative(work, loads, rates, r_);
+    add(r_);
+    v = lu_.solve(r_);
+    v = -v;
+  }
 
   /// Tangent at the last iterate but one, which differs from a solution by less than the tolerance.
   const Matrix& tangent() const { return J_; }

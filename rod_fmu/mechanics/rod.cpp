@@ -42,7 +42,7 @@ bool is_uniform(const Parameters& p) {
          p.tip_body.inertia == Triple{} && p.contact == Contact::sliding && p.ends == Ends::free && !p.has_load;
 }
 
-std::unique_ptr<const Rod> make_rod(const Parameters& p) {
+std::unique_ptr<Rod> make_rod(const Parameters& p) {
   if (is_uniform(p)) return std::make_unique<UniformRod>(p);
   return std::make_unique<SegmentedRod>(p);
 }
@@ -76,6 +76,7 @@ void Rod::tca_outputs(const double* v, const Loads& loads, const Workspace& work
     y.delta_rate[i] = work.b[i].dot(rates);
     y.N[i] = work.tension[i].value;
     y.energy_tca += laws_[i].energy(closure_ == Closure::inside ? work.delta[i] : loads.delta_guess[i], loads.T[i]);
+    y.creep[i] = laws_[i].creeps() ? laws_[i].creep(work.delta[i], loads.T[i]).z : 0.0;
   }
 }
 

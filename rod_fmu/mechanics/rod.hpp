@@ -64,7 +64,7 @@ struct Weights {
   double q = 0.0, v = 0.0, a = 0.0;
 };
 
-/// Constant after construction. Arrays of doubles have unknowns() elements.
+/// Constant after construction, but for the creep of its TCAs. Arrays of doubles have unknowns() elements.
 class Rod {
  public:
   virtual ~Rod() = default;
@@ -126,6 +126,8 @@ class Rod {
 
   std::size_t tcas() const { return laws_.size(); }
   const TcaLaw& law(std::size_t i) const { return laws_[i]; }
+  /// Sets what the law of TCA i knows of its creep (TcaLaw::set_creep).
+  void set_creep(std::size_t i, double base, double span) { laws_[i].set_creep(base, span); }
   Closure closure() const { return closure_; }
   double length() const { return length_; }
 
@@ -163,6 +165,6 @@ double missing_share(const double* q, int terms, const std::vector<int>& compone
 bool is_uniform(const Parameters& p);
 
 /// The rod of these parameters: uniform where it can be, else of segments.
-std::unique_ptr<const Rod> make_rod(const Parameters& p);
+std::unique_ptr<Rod> make_rod(const Parameters& p);
 
 }  // namespace rod

@@ -57,6 +57,7 @@ void GridRod::outputs(const Loads& loads, const ConstGridState& state, Outputs& 
   y.energy_dissipated = state.dissipated();
   y.out_of_plane = 0.0;   // this rod is spatial
   y.spatial_error = 0.0;  // and has no polynomials; its grid's error shows in runs with more grid points
+  y.creep = {};           // its TCAs do not creep
   const pade::TcaVector delta = displacements(state);
   for (int i = 0; i < tcas_; ++i) {
     const double acting = closure_ == Closure::inside ? delta[i] : loads.delta_guess[i];

@@ -53,6 +53,9 @@ struct Tca {
   double stop = -1.0;              // m, law = measured: displacement at which the coils touch; far away by default
   double stop_width = 1e-3;        // m, law = measured: over which the stop sets in
   double stop_stiffness = 0.0;     // N/m, law = measured: of the touching coils; 0: no stop
+  double creep_compliance = 0.0;   // m/N, law = measured: creep per tension after a long time; 0: no creep
+  double creep_time = 10.0;        // s, law = measured: retardation time of the creep at T_0
+  double creep_activation = 0.0;   // K, law = measured: of its rate, activation energy over the gas constant
 };
 
 /// One segment of the body, between two cross-sections.
@@ -156,6 +159,7 @@ struct Inputs {
 struct Outputs {
   PerTca<double> delta{}, delta_rate{};              // m, m/s
   PerTca<double> N{};                                // N, tension positive
+  PerTca<double> creep{};                            // m, of TCAs that creep
   Triple tip_p{};                                    // m
   Triple tip_euler{};                                // rad, R = Rx(alpha) Ry(beta) Rz(gamma)
   std::array<double, 4> tip_quaternion{1, 0, 0, 0};  // scalar first

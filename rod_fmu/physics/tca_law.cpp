@@ -14,6 +14,7 @@ TcaLaw::TcaLaw(const Tca& tca, double span, double T_0)
   if (law_ == Law::measured) {
     stiffness_ = tca.stiffness, stiffening_ = tca.stiffening;
     gain_ = tca.chirality * tca.stroke, gain_slope_ = tca.chirality * tca.stroke_curvature;
+    creep_compliance_ = tca.creep_compliance, creep_time_ = tca.creep_time, creep_activation_ = tca.creep_activation;
     stop_ = tca.stop, stop_width_ = tca.stop_width, stop_stiffness_ = tca.stop_stiffness;
     return;
   }
@@ -100,8 +101,15 @@ Touch coil_contact(double u) {
 }  // namespace
 
 Tension TcaLaw::measured_tension(double delta, double T) const {
-  const double x = delta - free_stroke(T), slope = stiffness_ + 2.0 * stiffening_ * x;
-  Tension tension{(stiffness_ + stiffening_ * x) * x, slope, -slope * stroke_slope(T)};
+  Tension tension{};
+  if (creeps()) {
+    const Extension e = extension(delta, T);
+    const double slope = stiffness_ + 2.0 * stiffening_ * e.x;
+    tension = {(stiffness_ + stiffening_ * e.x) * e.x, slope * e.per_delta, slope * e.per_T};
+  } else {
+    const double x = delta - free_stroke(T), slope = stiffness_ + 2.0 * stiffening_ * x;
+    tension = {(stiffness_ + stiffening_ * x) * x, slope, -slope * stroke_slope(T)};
+  }
   if (stop_stiffness_ != 0.0) {
     const auto touch = coil_contact((stop_ - delta) / stop_width_);
     tension.value -= stop_stiffness_ * stop_width_ * touch.value;
@@ -111,9 +119,34 @@ Tension TcaLaw::measured_tension(double delta, double T) const {
 }
 
 double TcaLaw::measured_energy(double delta, double T) const {
-  const double x = delta - free_stroke(T);
+  const double x = creeps() ? extension(delta, T).x : delta - free_stroke(T);
+  const double z = creeps() ? delta - free_stroke(T) - x : 0.0;
+  const double crept = creeps() ? 0.5 * z * z / creep_compliance_ : 0.0;
   const double touch = coil_contact((stop_ - delta) / stop_width_).integral;
-  return (0.5 * stiffness_ + stiffening_ * x / 3.0) * x * x + stop_stiffness_ * stop_width_ * stop_width_ * touch;
+  return (0.5 * stiffness_ + stiffening_ * x / 3.0) * x * x + stop_stiffness_ * stop_width_ * stop_width_ * touch +
+         crept;
+}
+
+double TcaLaw::creep_time(double T) const { return creep_time_ * std::exp(creep_activation_ * (1.0 / T - 1.0 / T_0_)); }
+
+/// With e = delta - stroke and s = span/tau the creep z = e - x solves z (1 + s) - base = s J (k1 x + k2 x^2), in x
+///   s J k2 x^2 + (1 + s + s J k1) x - ((1 + s) e - base) = 0,
+/// of which the root counts that goes through x = 0.
+TcaLaw::Extension TcaLaw::extension(double delta, double T) const {
+  const double e = delta - free_stroke(T), s = creep_span_ / creep_time(T), J = creep_compliance_;
+  const double a = s * J * stiffening_, b = 1.0 + s + s * J * stiffness_, c = (1.0 + s) * e - creep_base_;
+  const double x = 2.0 * c / (b + std::sqrt(b * b + 4.0 * a * c));  // NaN beyond the largest compression of the spring
+  const double slope = b + 2.0 * a * x;
+  const double per_e = (1.0 + s) / slope;
+  const double excess = J * (stiffness_ + stiffening_ * x) * x - (e - x);  // J N - z
+  const double s_per_T = s * creep_activation_ / (T * T);
+  return {x, per_e, -per_e * stroke_slope(T) - excess / slope * s_per_T};
+}
+
+TcaLaw::Creep TcaLaw::creep(double delta, double T) const {
+  const double x = extension(delta, T).x, z = delta - free_stroke(T) - x, tau = creep_time(T);
+  const double rate = (creep_compliance_ * (stiffness_ + stiffening_ * x) * x - z) / tau;
+  return {z, rate, tau / creep_compliance_ * rate * rate, -(stiffness_ + 2.0 * stiffening_ * x)};
 }
 
 double TcaLaw::energy(double delta, double T) const {

@@ -13,6 +13,12 @@
 //   N = k1 x + k2 x^2 - k_s w h((stop - delta)/w)
 // where h(u) is 0 below u = -1, u above 1 and twice differentiable between: the coils touch at delta = stop, where the
 // contact sets in over the width w. All of it derives from a potential.
+//
+// Creep (creep_compliance J > 0) puts a Kelvin element in series with that spring: x = delta - chi (c1 dT + c2 dT^2) -
+// z,
+//   dz/dt = (J N_x - z)/tau,   tau = tau_0 exp(Q (1/T - 1/T_0)),   N_x = k1 x + k2 x^2 the tension of the spring.
+// With the potential z^2/(2 J) it dissipates tau/J (dz/dt)^2. Where the coils touch they carry their part of N beside
+// it. An implicit step asks for the tension that goes with z = base + span dz/dt; span = 0 is that of the moment.
 #pragma once
 
 #include "physics/data.hpp"
@@ -56,6 +62,16 @@ class TcaLaw {
   /// 1/f1 at the reference pitch [N/m].
   double stiffness() const { return stiffness_; }
 
+  /// Creep of the moment [m], its rate [m/s], the power that it dissipates [W], and the tension's change by z [N/m].
+  struct Creep {
+    double z, rate, power, tension_per_z;
+  };
+  bool creeps() const { return creep_compliance_ != 0.0; }
+  double creep_compliance() const { return creep_compliance_; }
+  /// Sets what the law knows of the creep: z = base + span dz/dt [m, s].
+  void set_creep(double base, double span) { creep_base_ = base, creep_span_ = span; }
+  Creep creep(double delta, double T) const;
+
  private:
   /// For sin a = x: free stroke over its value at the reference pitch, compliance f1 [m/N], and their derivatives in x.
   struct Coil {
@@ -65,6 +81,12 @@ class TcaLaw {
   double stroke_slope(double T) const;
   Tension measured_tension(double delta, double T) const;
   double measured_energy(double delta, double T) const;
+  /// Extension of the spring [m] and its derivatives in displacement and temperature [m/K].
+  struct Extension {
+    double x, per_delta, per_T;
+  };
+  Extension extension(double delta, double T) const;
+  double creep_time(double T) const;
 
   Law law_ = Law::wire;
   Pitch pitch_ = Pitch::frozen;
@@ -72,7 +94,9 @@ class TcaLaw {
   double gain_ = 0.0;                           // wire: chi R cos(a0) phi0 [m]; measured: chi stroke [m/K]
   double expansion_ = 0.0;                      // rho_T [1/K]
   double stiffening_ = 0.0, gain_slope_ = 0.0;  // k2 [N/m2], chi c2 [m/K2]
-  double stop_ = 0.0, stop_width_ = 1.0, stop_stiffness_ = 0.0;  // m, m, N/m
+  double stop_ = 0.0, stop_width_ = 1.0, stop_stiffness_ = 0.0;                // m, m, N/m
+  double creep_compliance_ = 0.0, creep_time_ = 1.0, creep_activation_ = 0.0;  // m/N, s, K
+  double creep_base_ = 0.0, creep_span_ = 0.0;                                 // m, s; set before every use
   double T_0_ = 0.0;
   double wire_ = 0.0, sin_a0_ = 0.0;  // wire length l [m], sine of the reference pitch angle
   // Terms of f1 without their powers of sin a and cos a [m/N]: l (R/cos a)^2/(G J), l (R/cos a)^2/(E I), l/(E A), l/(G

@@ -25,8 +25,11 @@ std::string refusal(const std::string& text) {
 }
 
 TEST(Configuration, IsReadAsWritten) {
-  const Configuration all{
-      .tcas = 12, .segments = 6, .has_moving_states_only = true, .starts = {{"mass", "2"}, {"scheme", "midpoint"}}};
+  const Configuration all{.tcas = 12,
+                          .segments = 6,
+                          .has_creep = true,
+                          .has_moving_states_only = true,
+                          .starts = {{"mass", "2"}, {"scheme", "midpoint"}}};
   EXPECT_EQ(read_configuration(text_of(all)), all);
   EXPECT_EQ(read_configuration(""), Configuration());
   EXPECT_EQ(read_configuration("\r\n  tcas   7 \n\n").tcas, 7u);
@@ -39,7 +42,8 @@ TEST(Configuration, NamesWhatItRefuses) {
       {"tcas", "tcas = ''"},
       {"tcas 3.5", "tcas = '3.5'"},
       {"segments 7", "allowed: 1 to 6"},
-      {"\nsize 3", "line 2: unknown entry 'size'; allowed: tcas, segments, ports, states, start"},
+      {"\nsize 3", "line 2: unknown entry 'size'; allowed: tcas, segments, ports, creep, states, start"},
+      {"creep yes", "creep = 'yes'; allowed: true, false"},
       {"states some", "allowed: all, moving"},
       {"start mass", "needs the name of a variable and a value"},
       {"tcas 3 4", "'4' is too much"},
