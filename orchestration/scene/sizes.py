@@ -24,8 +24,10 @@ SIZE_KEYS = {  # keys of a scene, and what they mean
     f"{_TABLE}.tcas": f"number of TCAs, 1 to {MAX_SIZES['tcas']}; start values spread them evenly (default 3)",
     f"{_TABLE}.segments": f"number of segments of the rod, 1 to {MAX_SIZES['segments']}, each with radii, material and "
     "order of its own: segment.radius[j,1], segment.E[j] (default 1)",
-    f"{_TABLE}.{_PORTS}": "true gives the rod inputs shape.f (force per length along the body), outputs shape.v, "
+    f"{_TABLE}.ports": "true gives the rod inputs shape.f (force per length along the body), outputs shape.v, "
     "base.force and base.moment (default false)",
+    f"{_TABLE}.creep": "true gives measured TCAs of the rod tca.creep_compliance, tca.creep_time, tca.creep_activation, "
+    "and the output creep (default false)",
 }
 Sizes = dict[str, dict[str, tuple[int, Layer]]]  # by member, "" for all: key -> size and the layer that sets it
 
