@@ -26,8 +26,8 @@ SIZE_KEYS = {  # keys of a scene, and what they mean
     "order of its own: segment.radius[j,1], segment.E[j] (default 1)",
     f"{_TABLE}.ports": "true gives the rod inputs shape.f (force per length along the body), outputs shape.v, "
     "base.force and base.moment (default false)",
-    f"{_TABLE}.creep": "true gives measured TCAs of the rod tca.creep_compliance, tca.creep_time, tca.creep_activation, "
-    "and the output creep (default false)",
+    f"{_TABLE}.creep": "true gives measured TCAs of the rod tca.creep_compliance, tca.creep_time and "
+    "tca.creep_activation, and the output creep (default false)",
 }
 Sizes = dict[str, dict[str, tuple[int, Layer]]]  # by member, "" for all: key -> size and the layer that sets it
 
