@@ -10,7 +10,8 @@ namespace {
 
 constexpr std::string_view kStyle =
     "body{font:16px/1.45 sans-serif;max-width:75em;margin:2em auto;padding:0 1em;color:#222}"
-    "table{border-collapse:collapse;font-size:14px}th,td{border:1px solid #ccc;padding:.2em .5em;text-align:left;"
+    "table{border-collapse:collapse;font-size:14px;display:block;overflow-x:auto}th,td{border:1px solid "
+    "#ccc;padding:.2em .5em;text-align:left;"
     "vertical-align:top}th{background:#eee}code,pre{background:#f4f4f4}pre{padding:.5em;overflow:auto}svg{max-width:"
     "100%}";
 
@@ -136,8 +137,9 @@ std::string table(const std::vector<Variable>& rows) {
 std::string documentation(const Blueprint& blueprint, std::string_view notes) {
   const Identity& identity = blueprint.identity;
   const std::string title = escaped(identity.name + ".fmu: " + identity.description);
-  return "<!DOCTYPE html>\n<html lang=\"en\">\n<head><meta charset=\"utf-8\"/>" + element("title", title) +
-         element("style", kStyle) + "</head>\n<body>\n" + element("h1", title) + "\n" +
+  return "<!DOCTYPE html>\n<html lang=\"en\">\n<head><meta charset=\"utf-8\"/><meta name=\"viewport\" "
+         "content=\"width=device-width\"/>" +
+         element("title", title) + element("style", kStyle) + "</head>\n<body>\n" + element("h1", title) + "\n" +
          element("p", "Version " TCA_VERSION ". FMI 2.0, co-simulation and model exchange. Default experiment: 0 to " +
                           text(identity.stop_time) + " s in steps of " + text(identity.step_size) +
                           " s. Licences: folder licenses.") +
