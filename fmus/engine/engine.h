@@ -73,6 +73,7 @@ typedef struct {
   double worst;          /* longest computation of a step [s] */
   double worst_lateness; /* of the beginning of a step after its due time [s] */
   int locked, scheduled; /* whether memory is locked, and whether the thread has a real-time priority */
+  int core;              /* that it runs on alone; -1: any */
 } TcaTimes;
 
 /* Runs a plan once, each step when it is due: step k at k times the period after the start, or at once where the period

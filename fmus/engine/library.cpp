@@ -48,6 +48,9 @@ Library::Library(const std::string& path) : handle_(open(path)) {
   find(set_input_derivatives, "fmi2SetRealInputDerivatives");
   find(get_output_derivatives, "fmi2GetRealOutputDerivatives");
   find(do_step, "fmi2DoStep");
+  find(get_state, "fmi2GetFMUstate");
+  find(set_state, "fmi2SetFMUstate");
+  find(free_state, "fmi2FreeFMUstate");
 }
 
 Library::~Library() { close(handle_); }

@@ -28,6 +28,9 @@ struct Library {
   fmi2SetRealInputDerivativesTYPE* set_input_derivatives;
   fmi2GetRealOutputDerivativesTYPE* get_output_derivatives;
   fmi2DoStepTYPE* do_step;
+  fmi2GetFMUstateTYPE* get_state;
+  fmi2SetFMUstateTYPE* set_state;
+  fmi2FreeFMUstateTYPE* free_state;
 
  private:
   void* handle_;

@@ -149,6 +149,21 @@ const char* Member::step(double time, double length, double end) {
   return sample(current_, end);
 }
 
+const char* Member::keep() {
+  if (failed(library_.get_state(component_, &kept_.state))) return "fmi2GetFMUstate";
+  kept_.inputs = inputs_, kept_.past = past_, kept_.known = known_, kept_.current = current_;
+  return nullptr;
+}
+
+const char* Member::go_back() {
+  const bool good = !failed(library_.set_state(component_, kept_.state));
+  library_.free_state(component_, &kept_.state);
+  kept_.state = nullptr;
+  inputs_ = kept_.inputs, past_ = kept_.past, known_ = kept_.known, current_ = kept_.current;
+  has_held_ = false;
+  return good ? nullptr : "fmi2SetFMUstate";
+}
+
 const char* Member::record(double* outputs) {
   if (!declared_.recorded) return nullptr;
   return failed(library_.get_real(component_, declared_.recorded_references, declared_.recorded, outputs))

@@ -33,6 +33,10 @@ class Member {
   const char* step(double time, double length, double end);  // sends the inputs and advances
   const char* record(double* outputs);
 
+  // Keeps what there is now, and returns to it, once.
+  const char* keep();
+  const char* go_back();
+
   // Inputs whose source has the sample `newest` at the end of the step, or at the instant of an event.
   void receive(const TcaLink& link, const Member& source, double time);
   void receive_tangent(const TcaLink& link, const Member& source);
@@ -59,6 +63,14 @@ class Member {
   std::array<Sample, 3> past_;  // newest last
   size_t known_ = 0;            // how many of them there are
   Sample current_;              // at the end of the step in progress
+
+  struct Kept {
+    fmi2FMUstate state = nullptr;
+    std::vector<double> inputs;
+    std::array<Sample, 3> past;
+    size_t known = 0;
+    Sample current;
+  } kept_;
 
   friend class Run;
 };

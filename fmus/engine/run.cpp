@@ -58,6 +58,18 @@ bool Run::begin(const double* parameters, const double* inputs, double* outputs)
   return arrive(0, plan_.start) && record(outputs);
 }
 
+bool Run::rehearse(size_t steps) {
+  for (auto& member : members_)
+    if (!report(member->keep(), *member)) return false;
+  std::vector<double> row(width_);
+  for (size_t k = 0; k < steps && step(k, row.data()); ++k) {
+  }
+  bool good = true;
+  for (auto& member : members_) good = report(member->go_back(), *member) && good;
+  if (good) failure_.clear();  // a step that fails now fails again when it is its turn
+  return good;
+}
+
 bool Run::arrive(size_t row, double time) {
   set_signals(row);
   for (auto& member : members_) {

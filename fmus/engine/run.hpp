@@ -15,6 +15,9 @@ class Run {
   bool begin(const double* parameters, const double* inputs, double* outputs);
   bool step(size_t k, double* outputs);
 
+  // Takes the first steps and goes back, so that memory is there and caches are warm; false where it cannot go back.
+  bool rehearse(size_t steps);
+
   const std::string& failure() const { return failure_; }
   size_t width() const { return width_; }  // columns of a row of outputs
 

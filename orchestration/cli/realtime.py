@@ -58,7 +58,8 @@ def command(
             f"{described.title}: {result.durations.size} steps, {result.misses} missed their deadline, "
             f"latest start {1e6 * result.worst_lateness:.1f} us after its time",
             f"allocations in steps: {allocations}; memory locked: {'yes' if result.locked else 'no'}; "
-            f"real-time priority: {'yes' if result.scheduled else 'no'}",
+            f"real-time priority: {'yes' if result.scheduled else 'no'}; "
+            f"core: {'any' if result.core is None else result.core}",
         )
         path = folder / f"{described.name}.realtime.csv"
         with atomic_write(path) as draft:

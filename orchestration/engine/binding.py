@@ -66,6 +66,7 @@ class Times(ctypes.Structure):
         *((name, c_double) for name in ("period", "worst", "worst_lateness")),
         ("locked", c_int),
         ("scheduled", c_int),
+        ("core", c_int),
     )
 
 

@@ -38,6 +38,8 @@ class RealtimeResult:
         Calls of the allocator in all steps; None where they were not counted.
     locked, scheduled : bool
         Whether memory was locked, and whether the thread had a real-time priority.
+    core : int or None
+        Core that the thread was bound to; None where the system refused.
     times : ndarray, shape (steps + 1,)
         Start and ends of the steps in the scene [s].
     outputs : ndarray, shape (steps + 1, n_y)
@@ -51,6 +53,7 @@ class RealtimeResult:
     allocations: int | None
     locked: bool
     scheduled: bool
+    core: int | None
     times: np.ndarray
     outputs: np.ndarray
 
@@ -105,6 +108,7 @@ def run_realtime(scene: Scene, period: float, outputs: Sequence[str] = ("rod.tip
         times.allocations if counted else None,
         bool(times.locked),
         bool(times.scheduled),
+        times.core if times.core >= 0 else None,
         plan.times,
         rows,
     )
