@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <set>
 
+#include "core/spin_lock.hpp"
 #include "core/unwritten.hpp"
 #include "description/description.hpp"
 #include "model/hash.hpp"
@@ -193,23 +194,6 @@ std::vector<bool> moving_states(Model& model, std::size_t count) {
   return moving;
 }
 
-namespace {
-
-/// Holds a flag while it lives. Waiting is rare and takes milliseconds; MinGW's win32 threads have no std::mutex.
-class SpinLock {
- public:
-  explicit SpinLock(std::atomic_flag& flag) : flag_(flag) {
-    while (flag_.test_and_set(std::memory_order_acquire)) continue;
-  }
-  ~SpinLock() { flag_.clear(std::memory_order_release); }
-  SpinLock(const SpinLock&) = delete;
-
- private:
-  std::atomic_flag& flag_;
-};
-
-}  // namespace
-
 const Blueprint& Blueprint::get() {
   static const Blueprint blueprint = make({});
   return blueprint;
@@ -221,7 +205,7 @@ std::shared_ptr<const Blueprint> Blueprint::of(const Configuration& configuratio
   static std::atomic_flag is_taken;
   static std::vector<std::weak_ptr<const Blueprint>> in_use;
   static std::shared_ptr<const Blueprint> last;
-  const SpinLock lock(is_taken);
+  const core::SpinLock lock(is_taken);
   std::erase_if(in_use, [](const auto& each) { return each.expired(); });
   for (const auto& each : in_use)
     if (auto blueprint = each.lock(); blueprint && blueprint->configuration == configuration) return last = blueprint;

@@ -203,9 +203,10 @@ def library_path(folder: Path, identifier: str) -> Path:
     return folder / "binaries" / fmi2.PLATFORM / f"{identifier}{fmi2.LIBRARY_ENDING}"
 
 
-def shipped_folders() -> list[Path]:
+@lru_cache(maxsize=1)
+def shipped_folders() -> tuple[Path, ...]:
     """Return the folders where FMUs and the engine of this package may lie: of a wheel, and of a source tree."""
-    return [Path(str(resources.files(__package__.rpartition(".")[0]))) / "_fmus", Path(__file__).parents[2] / "fmus"]
+    return (Path(str(resources.files(__package__.rpartition(".")[0]))) / "_fmus", Path(__file__).parents[2] / "fmus")
 
 
 def find_fmu(name: str, near: Path | None = None) -> Path:

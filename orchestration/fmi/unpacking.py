@@ -18,7 +18,7 @@ MAX_DESCRIPTION = 2**30  # [bytes] of one file that is read into memory; the lar
 
 def containing_file(path: Path) -> Path:
     """Return the file on disk: the path itself, or the archive that it leads into (system.ssp/resources/rod.fmu)."""
-    return next((parent for parent in path.parents if parent.is_file()), path)
+    return path if path.is_file() else next((parent for parent in path.parents if parent.is_file()), path)
 
 
 def open_archive(path: Path) -> BinaryIO:

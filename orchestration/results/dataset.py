@@ -10,7 +10,8 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -94,6 +95,44 @@ def arrays(member: str, variables: Sequence[Variable], rows: np.ndarray) -> dict
     rows : ndarray, (time, variable)
         Numbers as an FMU's record() gives them.
     """
+    content: dict[str, LabelledArray] = {}
+    for array in _layout(member, tuple(map(_Declared, variables))):
+        values = rows[:, array.columns].reshape(len(rows), *array.shape)
+        content[array.name] = LabelledArray(array.dims, _typed(values, array.variable), dict(array.attributes))
+    return content
+
+
+@dataclass(frozen=True)
+class _ArrayLayout:
+    """One array of a member: its name, dimensions and attributes, and the columns of the rows that make it up."""
+
+    name: str
+    dims: tuple[str, ...]
+    shape: tuple[int, ...]  # without the time
+    columns: list[int]
+    variable: Variable  # the first one of its elements
+    attributes: Mapping[str, Any]
+
+
+class _Declared:
+    """A variable that is equal to itself alone, for what is known of it already."""
+
+    __slots__ = ("variable",)
+
+    def __init__(self, variable: Variable) -> None:
+        self.variable = variable
+
+    def __hash__(self) -> int:
+        return id(self.variable)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Declared) and other.variable is self.variable
+
+
+@lru_cache(maxsize=64)  # members of the scenes that a process runs again and again
+def _layout(member: str, declared: tuple[_Declared, ...]) -> tuple[_ArrayLayout, ...]:
+    """Return the arrays of a member's variables."""
+    variables = [each.variable for each in declared]
     columns = {variable.name: k for k, variable in enumerate(variables)}
     vectors = find_vectors(columns)
     base_of: dict[str, str] = {}
@@ -101,23 +140,24 @@ def arrays(member: str, variables: Sequence[Variable], rows: np.ndarray) -> dict
         alike = {(variables[columns[name]].type, variables[columns[name]].unit) for name in vector.elements}
         if vector.complete and base not in columns and len(alike) == 1:
             base_of |= dict.fromkeys(vector.elements, base)
-    content: dict[str, LabelledArray] = {}
+    layouts: dict[str, _ArrayLayout] = {}
+    shape: tuple[int, ...]
     for variable in variables:
         base = base_of.get(variable.name, variable.name)
-        if f"{member}.{base}" in content:
+        name = f"{member}.{base}"
+        if name in layouts:
             continue
+        dims: tuple[str, ...] = ("time",)
         if base == variable.name:
-            dims: tuple[str, ...] = ("time",)
-            values = rows[:, columns[base]]
-            description = variable.description
+            shape, chosen, description = (), [columns[base]], variable.description
         else:
             vector = vectors[base]
-            dims = ("time", *(_dimension(n, first) for n, first in zip(vector.shape, vector.first, strict=True)))
-            values = rows[:, [columns[name] for name in vector.elements]].reshape(len(rows), *vector.shape)
-            description = describe_vector([variables[columns[name]].description for name in vector.elements])
+            shape, chosen = vector.shape, [columns[element] for element in vector.elements]
+            dims = ("time", *(_dimension(n, first) for n, first in zip(shape, vector.first, strict=True)))
+            description = describe_vector([variables[column].description for column in chosen])
         attributes = _attributes(variable) | {"long_name": description}
-        content[f"{member}.{base}"] = LabelledArray(dims, _typed(values, variable), attributes)
-    return content
+        layouts[name] = _ArrayLayout(name, dims, shape, chosen, variable, attributes)
+    return tuple(layouts.values())
 
 
 def describe_vector(descriptions: Sequence[str]) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Mapping, Sequence
+from functools import lru_cache
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -39,19 +40,19 @@ def parameter_sets() -> tuple[str, ...]:
 def find(source: str | Path, folder: str, kind: str, near: Path | None = None) -> Path:
     """Return the file of that path (also from the folder `near`), or of that name in a folder of the package. Raises
     SceneError."""
-    shipped = _shipped(folder)
     candidates = [Path(source), (near or Path()) / source]
     for candidate in candidates:
         if candidate.suffix.lower() in (_TOML, _SSP) and _is_file(candidate):
             return candidate
-    if str(source) in shipped:
-        return shipped[str(source)]
+    known = _folder(folder) / f"{source}{_TOML}"
+    if known.name == f"{source}{_TOML}" and _is_file(known):
+        return known
     for candidate in candidates:
         if _is_file(candidate):
             raise SceneError(f"{candidate}: a file, but not a {kind}; allowed: {_TOML} or {_SSP} files, or a name")
         if candidate.is_dir():
             raise SceneError(f"{candidate}: a folder, not a {kind}; give a {_TOML} or {_SSP} file in it")
-    remedy = similar(str(source), shipped)
+    remedy = similar(str(source), _shipped(folder))
     if Path(source).suffix.lower() in (_TOML, _SSP) or len(Path(source).parts) > 1:
         raise SceneError(
             f"no {kind} {str(source)!r}: no such file in {Path.cwd()}; check the path. {_sentence(remedy)}"
@@ -140,6 +141,10 @@ def merged(layers: Sequence[Layer]) -> dict[str, tuple[Any, Layer]]:
     return {key: (value, layer) for layer in layers for key, value in layer.raw.items()}
 
 
+@lru_cache(maxsize=8)
+def _folder(folder: str) -> Path:
+    return Path(str(resources.files(_PACKAGE))) / folder
+
+
 def _shipped(folder: str) -> dict[str, Path]:
-    files = Path(str(resources.files(_PACKAGE))) / folder
-    return {file.stem: file for file in sorted(files.glob(f"*{_TOML}"))}
+    return {file.stem: file for file in sorted(_folder(folder).glob(f"*{_TOML}"))}

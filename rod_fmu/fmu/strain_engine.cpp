@@ -16,6 +16,7 @@ class StrainEngine final : public Engine {
  public:
   explicit StrainEngine(const Parameters& p)
       : owner_(make_rod(p)), rod_(*owner_), dynamic_(p.dynamic), method_(p.method) {
+    scratch_.reserve(rod_.unknowns());
     if (method_ == Method::bdf) bdf_.emplace(rod_.unknowns());
     if (std::any_of(p.tca.begin(), p.tca.begin() + static_cast<std::ptrdiff_t>(p.tcas),
                     [](const Tca& tca) { return tca.creep_compliance > 0.0; }))

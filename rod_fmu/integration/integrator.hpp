@@ -86,6 +86,12 @@ struct Scratch {
   Stability stability;
   StageMemory stages;
 
+  /// Makes room for what a step needs that comes later, such as one behind a jump of the inputs.
+  void reserve(int unknowns) {
+    newton.reserve(unknowns);
+    for (Vector* each : {&stage.q, &stage.v, &stage.a, &r, &x}) each->resize(unknowns);
+  }
+
   /// Evaluations of the residual so far.
   long evaluations() const { return newton.work.evaluations + work.evaluations + stability.evaluations(); }
 };

@@ -16,6 +16,12 @@ double merit(const Rod& rod, const Vector& r) { return (r.array() / rod.stiffnes
 
 }  // namespace
 
+void Newton::reserve(int unknowns) {
+  for (Vector* each : {&q_, &v_, &a_, &r_, &target_, &trial_, &change_, &start_}) each->resize(unknowns);
+  J_.resize(unknowns, unknowns);
+  lu_ = Eigen::PartialPivLU<Matrix>(unknowns);
+}
+
 void Newton::residual(const Rod& rod, const Stage& stage, const Loads& loads, const Vector& x) {
   q_ = stage.q + stage.weights.q * x;
   if (stage.moving) {

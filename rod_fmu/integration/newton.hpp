@@ -21,9 +21,12 @@ struct NewtonResult {
   double correction = 0.0;  // largest component of the last correction, as a strain [1]
 };
 
-/// Workspace for solves with one rod; no allocation after construction.
+/// Workspace for solves with one rod; no allocation after reserve() and a first evaluation.
 class Newton {
  public:
+  /// Makes room for that many unknowns.
+  void reserve(int unknowns);
+
   /// Solves from x (in and out). `tolerance` bounds the last correction of the strains. On failure x is unspecified.
   NewtonResult solve(const Rod& rod, const Stage& stage, const Loads& loads, double tolerance, Vector& x);
 

@@ -64,8 +64,8 @@ void SegmentedRod::outputs(const double* q, const double* v, const Loads& loads,
   }
   y.out_of_plane = 0.0;
   if (is_planar_) {
-    Vector r(unknowns());
-    backward_at_rest(loads, work, r);
+    work.balance.resize(unknowns());
+    backward_at_rest(loads, work, work.balance);
     y.out_of_plane = out_of_plane(work);
   }
 }
@@ -132,8 +132,8 @@ double SegmentedRod::out_of_plane(const Workspace& work) const {
 
 double SegmentedRod::spatial_error(const double* q, const Loads& loads, Workspace& work) const {
   // As for a uniform rod (spatial_error.cpp), with rotation and shift carried on from segment to segment.
-  Vector r(unknowns());
-  backward_at_rest(loads, work, r);
+  work.balance.resize(unknowns());
+  backward_at_rest(loads, work, work.balance);
   PerTca<double> delta{};
   Vec3 turned{}, shifted{};
   double largest = 0.0;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <sstream>
 
+#include "fmu/model_cache.hpp"
 #include "levels/full_level.hpp"
 #include "levels/modal_level.hpp"
 #include "mesh/heat_matrices.hpp"
@@ -45,15 +46,20 @@ Status ThermalModel::build() {
     memory_.assign(level_->state_size(), 0.0);
     return retune(0.0);
   }
-  core::Result<HeatMatrices> matrices = resolved_matrices(data_.parameters);
-  if (!matrices.status.is_ok()) return std::move(matrices.status);
   const Parameters& p = data_.parameters;
+  if (std::optional<DerivedModel> known = find_derived(p)) {
+    accuracy_ = std::move(known->accuracy);
+    adopt(make_modal_level(std::move(known->model), p));
+    return {};
+  }
+  core::Result<HeatMatrices> matrices = resolved_matrices(p);
+  if (!matrices.status.is_ok()) return std::move(matrices.status);
   accuracy_.clear();
   if (matrices.value.error > p.tolerance)
     accuracy_ = shortfall("the mesh ends at its highest order", p.tolerance, matrices.value.error,
                           "enlarge tca.outer_radius or the gaps between TCAs, or loosen tolerance");
   if (p.level == Level::full) {
-    level_ = std::make_unique<FullLevel>(matrices.value, p);
+    adopt(std::make_unique<FullLevel>(matrices.value, p));
   } else {
     ModalModel model = p.level == Level::reduced ? reduced(matrices.value, p.tolerance)
                                                  : lumped(matrices.value, reduced(matrices.value, kReferenceTolerance));
@@ -65,11 +71,16 @@ Status ThermalModel::build() {
                           "loosen tolerance or choose level = full; reduction.bound holds")
               : shortfall("level = lumped is a network of few nodes", p.tolerance, model.bound,
                           "choose level = reduced, or tolerance = 0.1 where this is enough; reduction.bound holds");
-    level_ = make_modal_level(std::move(model), p);
+    keep_derived({p, model, accuracy_});
+    adopt(make_modal_level(std::move(model), p));
   }
-  memory_.assign(level_->state_size(), 0.0);
-  built_ = p;
   return {};
+}
+
+void ThermalModel::adopt(std::unique_ptr<HeatLevel> level) {
+  level_ = std::move(level);
+  memory_.assign(level_->state_size(), 0.0);
+  built_ = data_.parameters;
 }
 
 Status ThermalModel::retune(double) {

@@ -33,6 +33,7 @@ class ThermalModel final : public fmu::Model {
 
  private:
   Drive drive() const;
+  void adopt(std::unique_ptr<HeatLevel> level);
 
   Data data_;
   Parameters built_;  // that the level was built for, if there is one
