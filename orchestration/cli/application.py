@@ -34,7 +34,13 @@ COMMANDS: dict[str, dict[str, str]] = {
         "stability": "stability",
     },
     "Design": {"plan": "plan", "workspace": "workspace", "identify": "identify"},
-    "Benchmark": {"timing": "timing", "chart": "chart", "halving": "halving", "peers": "peers"},
+    "Benchmark": {
+        "timing": "timing",
+        "performance": "performance",
+        "chart": "chart",
+        "halving": "halving",
+        "peers": "peers",
+    },
 }
 
 
