@@ -57,7 +57,7 @@ struct Workspace : Kinematics {
   long evaluations = 0;                    // of the residual in this workspace so far
   mutable std::vector<SegmentDerivatives> neighbours;  // scratch of the tangent
   mutable Vector scratch;                              // unknowns() numbers
-  Vector balance;                                      // residual at rest, for outputs alone: unknowns() numbers
+  Vector balance;                                      // scratch of outputs: unknowns() numbers
 };
 
 /// Weights of the three derivatives: q dr/dq + v dr/dv + a dr/da.

@@ -37,6 +37,7 @@ void SegmentedRod::outputs(const double* q, const double* v, const Loads& loads,
       euler_angles(rotation(y.tip_quaternion[0], y.tip_quaternion[1], y.tip_quaternion[2], y.tip_quaternion[3]));
 
   const Vec3 gravity = frame_.to_frame(loads.gravity);
+  work.balance.resize(unknowns());
   y.energy_elastic = 0.0;
   y.energy_kinetic = tip_body_kinetic(tip_body_, tip);
   y.energy_gravity = tip_body_potential(tip_body_, tip, gravity);
@@ -45,7 +46,9 @@ void SegmentedRod::outputs(const double* q, const double* v, const Loads& loads,
     const Quadrature& grid = *part.constants.grid;
     const SegmentWorkspace& w = work.segments[j];
     const Eigen::Map<const Vector> own(q + part.first, part.unknowns());
-    y.energy_elastic += 0.5 * own.dot(part.stiffness * own);
+    auto forces = work.balance.head(part.unknowns());
+    forces.noalias() = part.stiffness * own;
+    y.energy_elastic += 0.5 * own.dot(forces);
     const double L = part.constants.length;
     for (int k = 0; k < grid.nodes; ++k) {
       const Vec3 velocity = L * w.velocity.at(k), spin = w.omega_body.at(k);
@@ -64,7 +67,6 @@ void SegmentedRod::outputs(const double* q, const double* v, const Loads& loads,
   }
   y.out_of_plane = 0.0;
   if (is_planar_) {
-    work.balance.resize(unknowns());
     backward_at_rest(loads, work, work.balance);
     y.out_of_plane = out_of_plane(work);
   }
