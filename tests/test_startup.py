@@ -345,3 +345,14 @@ def test_units_that_are_not_linear_are_left_to_pint(kept: Path) -> None:
     assert "dBm" not in units._kept_units()
     with pytest.raises(ValueError, match="not known"):
         units._in_base_units(3.0, "nonsense")
+
+
+def test_a_derived_heat_model_serves_the_next_instance() -> None:
+    overrides = ["thermal.level=lumped", "thermal.tolerance=1e-5", "stop_time=1 s"]
+    runs = []
+    for _ in range(2):
+        with pytest.warns(tca_cosim.FmuWarning, match="lumped is a network of few nodes"):
+            runs.append(tca_cosim.run("step", overrides))
+        simulation.release_instances()  # the next run has instances of its own, not reset ones
+    for name, values in runs[0].data_vars.items():
+        assert values.to_numpy().tobytes() == runs[1][name].to_numpy().tobytes(), name
