@@ -29,6 +29,7 @@ LOOSE = ("rod.tolerance=1e-3", "thermal.tolerance=1e-3")  # settings of many run
 ORDERS = range(8)
 MAX_TCAS, MAX_SEGMENTS = 6, 4  # sizes of bodies measured
 SHARES = (50.0, 99.0, 99.99)  # [%] of the steps in real time
+RUNS, INSTANCES = (1000, 100_000), 1000  # after which memory is read
 NEIGHBOURS, PARAMETERS = 100, 8  # runs beside one another; parameters of a gradient by central differences
 
 
@@ -164,14 +165,15 @@ def memory(repeats: int) -> Section:
     for _ in range(3):
         run_batch(described, {"rod.body.E": values}, threads=1)
     before = _resident()
-    for total in (1000, 10_000):
+    for total in RUNS:
         for _ in range(total // 100):
             run_batch(described, {"rod.body.E": values}, threads=1)
         rows.append((f"{total} more runs", f"{(_resident() - before) / 2**20:+.2f} MiB"))
     members = [simulation.load_member(described, described.members[-1]) for _ in range(100)]
     before = _resident()
-    members += [simulation.load_member(described, described.members[-1]) for _ in range(1000)]
-    rows.append(("1000 more instances of rod.fmu, per instance", f"{(_resident() - before) / 2**20 / 1000:.3f} MiB"))
+    members += [simulation.load_member(described, described.members[-1]) for _ in range(INSTANCES)]
+    each = (_resident() - before) / 2**20 / INSTANCES
+    rows.append((f"{INSTANCES} more instances of rod.fmu, per instance", f"{each:.3f} MiB"))
     for member in members:
         member.close()
     return Section("Memory", ("", "resident memory"), rows)
