@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
+
 import numpy as np
 import pytest
 import tca_cosim as tca
@@ -106,6 +108,86 @@ def test_a_linear_controller_moves_the_tip_and_holds_it() -> None:
         np.testing.assert_allclose(plant["rod.tip.p"][:2] - model.y_0, wanted, atol=0.1e-3)
     with pytest.raises(tca.SceneError, match=r"no weight for rod\.tip\.p"):
         LinearController(reduced, 0.5, {"rod.delta": 1.0}, {"thermal.V": 0.3})
+
+
+@pytest.fixture(scope="module")
+def controller_parts() -> Iterator[tuple[HeatModel, StaticRod]]:
+    model = tca.read("step", {"rod.closure": "inside", "rod.order": 0})
+    with HeatModel(model) as heat, StaticRod(model, ("tip.p[1]", "tip.p[2]", *DISPLACEMENTS)) as rod:
+        yield heat, rod
+
+
+NAN, COLD, CENTRE = float("nan"), np.full(3, 298.15), np.zeros(2)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"step": 0.0}, "step = 0: give a positive number"),
+        ({"knots": 0}, "knots = 0: give a positive number"),
+        ({"scale": NAN}, "scale = nan: give a positive number"),
+        ({"horizon": 1.0}, "shorter than 20 knots of 0.1 s; give fewer knots"),
+    ],
+)
+def test_controllers_refuse_what_they_cannot_be(
+    controller_parts: tuple[HeatModel, StaticRod], options: dict[str, float], message: str
+) -> None:
+    with pytest.raises(tca.SceneError, match=message):
+        PredictiveController(*controller_parts, circle, PlanLimits(), **options)
+
+
+@pytest.mark.parametrize(
+    ("measured", "path", "message"),
+    [
+        ((np.zeros(3), COLD, 0.2), circle, r"outputs: shape \(3,\); give 2 numbers"),
+        ((CENTRE, COLD[:2], 0.2), circle, r"temperatures: shape \(2,\); give 3 numbers"),
+        ((CENTRE, COLD, 0.0), circle, "deviation = 0: give a positive number"),
+        ((CENTRE, COLD + np.inf, 0.2), circle, "or nan where one is missing"),
+        ((CENTRE, COLD, 0.2), lambda times: circle(times) * NAN, "path: .*not finite; give finite numbers of shape"),
+        ((CENTRE, COLD, 0.2), lambda times: circle(times)[0], r"give finite numbers of shape \(20, 2\)"),
+    ],
+)
+def test_no_number_that_is_none_becomes_a_voltage(
+    controller_parts: tuple[HeatModel, StaticRod],
+    measured: tuple[np.ndarray, np.ndarray, float],
+    path: Callable[[np.ndarray], np.ndarray],
+    message: str,
+) -> None:
+    controller = PredictiveController(*controller_parts, path, PlanLimits())
+
+    def update() -> None:
+        controller.measure(*measured)
+        controller.update(0.0)
+
+    with pytest.raises(tca.SceneError, match=message):
+        update()
+
+
+def test_sensors_may_drop_out(controller_parts: tuple[HeatModel, StaticRod]) -> None:
+    """With no measurement at all the plan of the model alone is followed; with one of two outputs that one counts."""
+    blind, half = (PredictiveController(*controller_parts, circle, PlanLimits()) for _ in range(2))
+    blind.measure(CENTRE * NAN, COLD * NAN, 0.2)
+    half.measure(np.array([1e-3, NAN]), np.array([298.15, NAN, 298.15]), 0.2)
+    alone, shifted = blind.update(0.0), half.update(0.0)
+    assert np.isfinite([alone, shifted]).all()
+    fresh = PredictiveController(*controller_parts, circle, PlanLimits()).update(0.0)
+    np.testing.assert_allclose(alone, fresh, rtol=1e-6)
+    assert np.abs(shifted - alone).max() > 0.01
+    with pytest.raises(tca.SceneError, match=r"voltages = .*give finite numbers"):
+        half.observer.predict(np.array([1.0, NAN, 1.0]))
+
+
+def test_observers_need_the_displacements() -> None:
+    model = tca.read("step", {"rod.closure": "inside"})
+    message = r"end them with delta\[1\], delta\[2\], delta\[3\]"
+    with (
+        HeatModel(model) as heat,
+        StaticRod(model, ("tip.p[1]", "tip.p[2]")) as rod,
+        pytest.raises(tca.SceneError, match=message),
+    ):
+        HeatObserver(heat, rod, 0.1)
+    with pytest.raises(tca.SceneError, match=r"'tip\.q\[1\]': the rod has no such output; did you mean"):
+        StaticRod(model, ("tip.q[1]",))
 
 
 def test_the_environment_passes_the_checker() -> None:

@@ -83,3 +83,15 @@ def test_refusals_change_nothing(inputs: dict[str, object], message: str) -> Non
         for until in (0.0, float("nan"), 31.0):
             with pytest.raises(tca.SceneError, match=r"later time|later stop_time"):
                 sim.step(until)
+
+
+def test_a_closed_simulation_says_so() -> None:
+    """Its FMUs may serve another simulation by then."""
+    sim = tca.Simulation("step", {"stop_time": 1.0})
+    sim.step(0.5)
+    assert np.isfinite(sim["rod.tip.p"]).all()
+    sim.close()
+    sim.close()
+    for use in (lambda: sim.step(1.0), lambda: sim["rod.tip.p"], sim.save, sim.restart):
+        with pytest.raises(tca.SceneError, match="the simulation is closed; open it again"):
+            use()

@@ -17,6 +17,7 @@ import numpy as np
 from ..errors import SceneError
 from ..planning import PlanLimits, workspace
 from ..stepping import Simulation
+from .checks import require_numbers
 
 try:
     import gymnasium
@@ -74,7 +75,7 @@ class ReachEnv(gymnasium.Env[np.ndarray, np.ndarray]):
         self._sim.restart()
         self._count = 0
         if options and "target" in options:
-            self._target = np.asarray(options["target"], dtype=float)
+            self._target = require_numbers("target", options["target"], 2)
         else:
             self._target = self._targets[self.np_random.integers(len(self._targets))]
         return self._observe()[0], {}

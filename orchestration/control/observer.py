@@ -16,8 +16,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..errors import SceneError
 from ..planning.heat import HeatModel
 from ..planning.rod import StaticRod
+from ..scene.manipulator import DISPLACEMENT
+from .checks import require_numbers, require_positive
 
 __all__ = ["HeatObserver", "ObserverNoise"]
 
@@ -53,6 +56,11 @@ class HeatObserver:
         Time between measurements [s].
     noise : ObserverNoise, optional
 
+    Raises
+    ------
+    SceneError
+        The rod's last outputs are not the displacements, or the step is not positive.
+
     Attributes
     ----------
     x : ndarray, shape (n,)
@@ -63,6 +71,10 @@ class HeatObserver:
 
     def __init__(self, heat: HeatModel, rod: StaticRod, step: float, noise: ObserverNoise | None = None) -> None:
         noise = noise or ObserverNoise()
+        require_positive("step", step)
+        displacements = tuple(f"{DISPLACEMENT}[{i + 1}]" for i in range(heat.B.shape[1]))
+        if rod.names[-len(displacements) :] != displacements:
+            raise SceneError(f"the rod's outputs are {', '.join(rod.names)}; end them with {', '.join(displacements)}")
         self.heat, self.rod = heat, rod
         model = heat.at_knots(step, 1)
         self._F, self._G, self._f = model.F, model.G, model.f
@@ -93,20 +105,25 @@ class HeatObserver:
         return np.asarray(R * (1.0 + np.array(q.alpha) * (self.temperatures - q.T_ref) + np.array(q.beta) * strain))
 
     def predict(self, voltages: np.ndarray) -> None:
-        """Go one step on, with voltages (N,) [V] during it."""
+        """Go one step on, with voltages (N,) [V] during it. Raises SceneError where they are not N finite numbers."""
         N, n = len(self.error), len(self.x)
-        powers = np.asarray(voltages) ** 2 / self.resistances()
+        powers = require_numbers("voltages", voltages, N) ** 2 / self.resistances()
         self.x = self._F @ self.x + self._G @ ((1.0 + self.error) * powers) + self._f
         transition = np.block([[self._F, self._G * powers], [np.zeros((N, n)), np.eye(N)]])
         self._P = transition @ self._P @ transition.T + self._Q
 
     def measure_temperatures(self, values: np.ndarray, deviation: float) -> None:
-        """Take in measured temperatures (N,) [K] of that standard deviation [K]."""
-        self._update(np.asarray(values) - self.temperatures, self._seen, deviation)
+        """Take in measured temperatures (N,) [K] of that standard deviation [K]; nan where there is none."""
+        values = require_numbers("temperatures", values, len(self.error), missing=True)
+        require_positive("deviation", deviation)
+        there = np.isfinite(values)
+        self._update((values - self.temperatures)[there], self._seen[there], deviation)
 
     def measure_resistances(self, values: np.ndarray, deviation: float) -> None:
         """Take in measured resistances (N,) [ohm] of that standard deviation [ohm]; nan where there is none."""
         q, N = self.heat.parameters, len(self.error)
+        values = require_numbers("resistances", values, N, missing=True)
+        require_positive("deviation", deviation)
         T = self.temperatures
         outputs, tangents = self.rod.linear(T[None])
         R_0 = np.array(q.resistance)

@@ -12,10 +12,12 @@ from collections.abc import Callable
 
 import numpy as np
 
+from ..errors import SceneError
 from ..planning.heat import HeatModel
 from ..planning.limits import PlanLimits
 from ..planning.problem import SMOOTHING, solve_quadratic_program
 from ..planning.rod import StaticRod
+from .checks import require_numbers, require_positive
 from .observer import HeatObserver
 
 __all__ = ["PredictiveController"]
@@ -44,6 +46,11 @@ class PredictiveController:
         Intervals of constant power in the horizon.
     scale : float
         Size of the outputs, in which errors are weighed.
+
+    Raises
+    ------
+    SceneError
+        A number is not positive, the horizon is shorter than a step for each knot, or the rod's outputs do not fit.
     """
 
     def __init__(
@@ -57,6 +64,10 @@ class PredictiveController:
         knots: int = 20,
         scale: float = 1e-2,
     ) -> None:
+        for what, value in (("step", step), ("horizon", horizon), ("knots", knots), ("scale", scale)):
+            require_positive(what, value)
+        if horizon < knots * step:
+            raise SceneError(f"horizon = {horizon:g} s: shorter than {knots} knots of {step:g} s; give fewer knots")
         self.heat, self.rod, self.path, self.limits, self.step, self.scale = heat, rod, path, limits, step, scale
         self.observer = HeatObserver(heat, rod, step)
         self._distance = horizon / knots
@@ -73,15 +84,22 @@ class PredictiveController:
         self._largest = limits.voltage**2 / np.array(heat.parameters.resistance)
         self._rise = np.tile(heat.local_rise(), knots)
         self._share = np.full(self.shape, 0.01)
-        self._difference: np.ndarray | None = None
+        self._outputs = len(rod.names) - N
+        self._difference = np.zeros(self._outputs)  # between measured and predicted outputs, filtered
+        self._measured = np.zeros(self._outputs, dtype=bool)
 
     def measure(self, outputs: np.ndarray, temperatures: np.ndarray, deviation: float) -> None:
-        """Take in measured outputs (p,) and temperatures (N,) [K], the latter of that standard deviation [K]."""
+        """Take in measured outputs (p,) and temperatures (N,) [K], the latter of that standard deviation [K].
+
+        Either may be nan where a sensor gives nothing. Raises SceneError for other numbers or shapes.
+        """
+        outputs = require_numbers("outputs", outputs, self._outputs, missing=True)
         self.observer.measure_temperatures(temperatures, deviation)
         predicted = self.rod.outputs(self.observer.temperatures[None])[0][: len(outputs)]
-        new = outputs - predicted
-        old = new if self._difference is None else self._difference
+        new = np.where(np.isfinite(outputs), outputs - predicted, self._difference)
+        old = np.where(self._measured, self._difference, new)
         self._difference = old + REFERENCE_FILTER * (new - old)
+        self._measured |= np.isfinite(outputs)
 
     def update(self, time: float) -> np.ndarray:
         """Return the voltages (N,) [V] from `time` [s] to the next update, and let the observer go on to it."""
@@ -98,10 +116,10 @@ class PredictiveController:
         share = (1.0 - moved) * self._share + moved * np.vstack([self._share[1:], self._share[-1:]])
         T = rest + (Phi @ share.ravel()).reshape(self.shape)
         outputs, tangents = self.rod.linear(T, ahead)
-        wanted = self.path(ahead)
-        p = wanted.shape[1]
-        bias = 0.0 if self._difference is None else self._difference
-        error = ((outputs[:, :p] + bias - wanted) / self.scale).ravel()
+        wanted, p = np.asarray(self.path(ahead), dtype=float), self._outputs
+        if wanted.shape != (knots, p) or not np.isfinite(wanted).all():
+            raise SceneError(f"path: shape {wanted.shape}, or not finite; give finite numbers of shape ({knots}, {p})")
+        error = ((outputs[:, :p] + self._difference - wanted) / self.scale).ravel()
         size = knots * N
         M = np.einsum("kpn,knm->kpm", tangents[:, :p], Phi.reshape(knots, N, size)).reshape(-1, size) / self.scale
         H, g = M.T @ M + self._S, M.T @ error + self._S @ share.ravel()

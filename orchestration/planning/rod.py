@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..errors import SceneError, SubsystemError
+from ..fmi.archive import similar
 from ..fmi.slave import Slave
 from ..scene import Scene
 from ..scene.manipulator import CLOSURE_INSIDE, ROD, TEMPERATURE
@@ -29,6 +30,8 @@ class StaticRod:
 
     Attributes
     ----------
+    names : tuple of str
+        Of the outputs.
     equilibria : int
         Number of equilibria computed so far.
 
@@ -43,6 +46,11 @@ class StaticRod:
         if member is None:
             raise SceneError(f"{scene.name}: no FMU with the model {ROD!r}; planning needs one")
         archive = member.archive
+        self.names = tuple(outputs)
+        known = [v.name for v in archive.variables.values() if v.causality == "output" and v.type == "Real"]
+        for name in self.names:
+            if name not in known:
+                raise SceneError(f"output {name!r}: the rod has no such output; {similar(name, known)}")
         self.equilibria = 0
         self.member = member.name
         self._stack = contextlib.ExitStack()

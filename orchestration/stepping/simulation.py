@@ -24,7 +24,7 @@ from ..cosim.time_loop import drive
 from ..errors import SceneError, SubsystemError
 from ..fmi.archive import similar
 from ..fmi.instance import Instance
-from ..simulation import control_of, open_simulation, recorded_variables
+from ..simulation import OpenSimulation, control_of, open_simulation, recorded_variables
 from .live_inputs import LiveInput, held, with_live_inputs
 
 __all__ = ["SavedState", "Simulation"]
@@ -69,7 +69,9 @@ class Simulation:
         self._live: dict[tuple[str, str], LiveInput] = {}
         self.scene = with_live_inputs(described, self._live)
         self._stack = contextlib.ExitStack()
-        self._ready = self._stack.enter_context(open_simulation(self.scene, observe=lambda systems: None))
+        self._open: OpenSimulation | None = self._stack.enter_context(
+            open_simulation(self.scene, observe=lambda systems: None)
+        )
         self._columns = {m.name: {v.name: k for k, v in enumerate(recorded_variables(m))} for m in self.scene.members}
         self._records: dict[str, np.ndarray] = {}
         self._elements: dict[str, tuple[str, list[str], bool]] = {}
@@ -84,8 +86,16 @@ class Simulation:
         self.close()
 
     def close(self) -> None:
-        """Release the FMUs. May be called twice."""
+        """Release the FMUs. May be called twice; what steps or reads afterwards raises SceneError."""
+        self._open = None
+        self._records.clear()
         self._stack.close()
+
+    @property
+    def _ready(self) -> OpenSimulation:
+        if self._open is None:
+            raise SceneError(f"{self.scene.name}: the simulation is closed; open it again")
+        return self._open
 
     @property
     def inputs(self) -> tuple[str, ...]:
