@@ -12,7 +12,7 @@ from tca_cosim import CouplingError
 from tca_cosim.cosim.extrapolation import METHODS, Sample
 from tca_cosim.cosim.interface import InterfaceVector, TornOutputs
 from tca_cosim.cosim.linear_subsystem import Linear
-from tca_cosim.cosim.node import MacroStep, Node
+from tca_cosim.cosim.node import DrivenInput, MacroStep, Node
 from tca_cosim.cosim.signals import Sine, Steps
 from tca_cosim.cosim.statistics import summarize
 from tca_cosim.cosim.step_control import Doubling
@@ -166,7 +166,7 @@ def test_discrete_inputs_hold_the_value_of_their_signal() -> None:
     system = linear("a", [0], [1, 1], [1], [0, 0], [0], "u v", "y")
     system.inputs = (replace(system.inputs[0], discrete=True), system.inputs[1])
     sine = Sine(0.5, 2.0, 1.7, 0.3)
-    node = Node(system, (), ((0, sine), (1, sine)), np.full((4, 2), 7.0))
+    node = Node(system, (), tuple(DrivenInput(k, sine) for k in (0, 1)), np.full((4, 2), 7.0))
     node.apply_signals(0.4, 0.1)
     assert node.inputs[:, 0] == pytest.approx([sine.polynomial(0.4, 0.1)[0], 0.0, 0.0, 0.0], abs=0.0)
     assert node.inputs[:, 1] == pytest.approx(sine.polynomial(0.4, 0.1), abs=0.0)
