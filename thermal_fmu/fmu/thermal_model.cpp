@@ -61,8 +61,11 @@ Status ThermalModel::build() {
   if (p.level == Level::full) {
     adopt(std::make_unique<FullLevel>(matrices.value, p));
   } else {
-    ModalModel model = p.level == Level::reduced ? reduced(matrices.value, p.tolerance)
-                                                 : lumped(matrices.value, reduced(matrices.value, kReferenceTolerance));
+    // A reduction that is finer than its mesh says nothing more, and costs most where the mesh is hardest to resolve.
+    const auto no_finer_than_mesh = [&](double asked) { return std::max(asked, matrices.value.error); };
+    ModalModel model = p.level == Level::reduced
+                           ? reduced(matrices.value, no_finer_than_mesh(p.tolerance))
+                           : lumped(matrices.value, reduced(matrices.value, no_finer_than_mesh(kReferenceTolerance)));
     include_mesh_error(matrices.value, p.tolerance, model);
     if (accuracy_.empty() && model.bound > p.tolerance)
       accuracy_ =
