@@ -29,6 +29,8 @@ class Engine {
   virtual core::Status solve_equilibrium(std::span<double> memory, const Loads& loads) = 0;
   /// Advances by h [s]; tolerance is relative. On failure the memory belongs to `reached` of the outcome.
   virtual StepOutcome step(std::span<double> memory, const Inputs& u, double h, double tolerance) = 0;
+  /// Refuses strains and rates that no motion of this rod reaches.
+  virtual core::Status check_motion(std::span<double> /*memory*/) const { return {}; }
   /// Writes all outputs but `evaluations`.
   virtual void outputs(std::span<double> memory, const Loads& loads, Outputs& y) = 0;
 
@@ -37,6 +39,9 @@ class Engine {
 
   /// Writes force and moment of the clamp on the rod.
   virtual core::Status clamp_reaction(std::span<double> memory, const Loads& loads, Outputs& y) = 0;
+
+  /// Shortest step [s] whose motion this discretisation resolves after a sudden load.
+  virtual double least_resolved_step() const { return 0.0; }
 
   /// Doubt about the last equilibrium that solve_equilibrium() or a static step() found; empty if there is none.
   virtual std::string doubt() const { return ""; }

@@ -35,6 +35,8 @@ class GridEngine final : public Engine {
     rod_.outputs(loads, now, y);
   }
 
+  double least_resolved_step() const override { return rod_.crossing_time(); }
+
   core::Status clamp_reaction(std::span<double> memory, const Loads& loads, Outputs& y) override {
     GridState now = state(memory);
     rod_.clamp_reaction(loads, now, y);

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/unwritten.hpp"
+#include "fmu/energy_watch.hpp"
 
 namespace rod {
 
@@ -20,7 +21,11 @@ fmu::Status refuse(const Parts&... parts) {
   return fmu::Status::error(text.str());
 }
 
-constexpr unsigned kPlaneWarning = 0, kSpatialErrorWarning = 1, kDoubtWarning = 2;  // bits of Model::warn_once
+// Bits of Model::warn_once.
+constexpr unsigned kPlaneWarning = 0, kSpatialErrorWarning = 1, kDoubtWarning = 2, kEnergyWarning = 3, kGridWarning = 4;
+// Change of the energy of an undamped rod under constant loads over what its forms have exchanged, beyond which the
+// host is warned [1]: a tolerance of 1e-4 stays below over hundreds of oscillations.
+constexpr double kEnergyDrift = 0.05;
 constexpr double kOutOfPlaneWarning = 1e-6;  // of Outputs::out_of_plane [1]: beyond, the host is warned
 // Largest Outputs::spatial_error over the length [1] without a warning: of a rod at rest, and of a moving one, whose
 // estimate is coarser, and whose waves after a sudden load no order resolves.
@@ -225,9 +230,13 @@ fmu::Status RodModel::build() {
   const Parameters& p = data_.parameters;
   if (fmu::Status status = check(p); !status.is_ok()) return status;
   engine_ = make_engine(p);
-  memory_.assign(engine_->memory_size() + 1, 0.0);
+  memory_.assign(engine_->memory_size() + (EnergyWatch::applies_to(p) ? EnergyWatch::memory_size() : 0) + 1, 0.0);
   engine_->set_unloaded(engine_memory());
   return {};
+}
+
+std::span<double> RodModel::watch_memory() {
+  return std::span(memory_).subspan(engine_->memory_size(), memory_.size() - engine_->memory_size() - 1);
 }
 
 /// Returns call() and adds its evaluations of the residual to the count in the memory.
@@ -245,6 +254,7 @@ fmu::Status RodModel::retune(double t) {
   if (fmu::Status status = check(p); !status.is_ok()) return status;
   std::unique_ptr<Engine> before = std::exchange(engine_, make_engine(p));
   engine_->discard_look_ahead(engine_memory());
+  if (!watch_memory().empty()) EnergyWatch::restart(watch_memory());
   if (p.dynamic) return {};
   fmu::Status status =
       counted([&] { return engine_->solve_equilibrium(engine_memory(), loads_at(data_.inputs, 0.0)); });
@@ -258,6 +268,7 @@ fmu::Status RodModel::retune(double t) {
 
 fmu::Status RodModel::initialise(double t) {
   engine_->set_unloaded(engine_memory());
+  if (!watch_memory().empty()) EnergyWatch::restart(watch_memory());
   memory_.back() = 0.0;
   if (!data_.parameters.start_at_equilibrium && data_.parameters.dynamic) return {};
   fmu::Status status =
@@ -276,7 +287,10 @@ fmu::StepResult RodModel::step(double t, double h) {
   StepOutcome outcome =
       counted([&] { return engine_->step(engine_memory(), data_.inputs, h, data_.parameters.tolerance); });
   if (outcome.reached == h) {
-    if (!data_.parameters.dynamic) warn_of_doubt(t + h);
+    if (data_.parameters.dynamic)
+      warn_of_step(t, h);
+    else
+      warn_of_doubt(t + h);
     return {t + h, {}};
   }
   return {t + outcome.reached, std::move(outcome.status)};
@@ -316,12 +330,15 @@ bool RodModel::rates_along(double, std::span<const double> dx, std::span<double>
 bool RodModel::drift(std::span<double> rate) {
   return !data_.parameters.dynamic &&
          engine_->equilibrium_rate(engine_memory(), loads_at(data_.inputs, 0.0), load_rates_at(data_.inputs, 0.0),
-                                   rate.first(rate.size() - 1));
+                                   rate.first(engine_->memory_size()));
 }
 
 fmu::Status RodModel::evaluate(double t) {
   const Loads loads = loads_at(data_.inputs, 0.0);
   if (fmu::Status status = check_temperatures(data_.parameters, loads); !status.is_ok()) return status;
+  // Where the host integrates, states may be anything.
+  if (is_silent)
+    if (fmu::Status status = engine_->check_motion(engine_memory()); !status.is_ok()) return status;
   Outputs& y = data_.outputs;
   engine_->outputs(engine_memory(), loads, y);
   y.evaluations = memory_.back();
@@ -361,6 +378,33 @@ void RodModel::warn_of_doubt(double t) {
     text << "t = " << t << " s: " << doubt;
     return text.str();
   });
+}
+
+void RodModel::warn_of_step(double t, double h) {
+  const auto at_end = [&](const auto&... parts) {
+    std::ostringstream text;
+    text << "t = " << t + h << " s: ";
+    (text << ... << parts);
+    return text.str();
+  };
+  if (const double least = engine_->least_resolved_step(); h < least)
+    warn_once(kGridWarning, [&] {
+      return at_end("steps of ", h, " s are shorter than the ", least,
+                    " s in which a wave crosses one grid interval of this rod: after a sudden load the tip moves "
+                    "at once, by the strain of that interval; take longer steps, raise grid_points, add "
+                    "body.retardation, or choose another method");
+    });
+  if (watch_memory().empty()) return;
+  const Loads loads = loads_at(data_.inputs, h);
+  Outputs y;
+  engine_->outputs(engine_memory(), loads, y);
+  const double drift = EnergyWatch::drift(watch_memory(), data_.parameters, data_.inputs, loads, y);
+  if (std::abs(drift) > kEnergyDrift)
+    warn_once(kEnergyWarning, [&] {
+      return at_end("the energy of this undamped rod has changed by ", drift,
+                    " of what its forms exchanged, though its loads are constant; tighten tolerance, raise order, take "
+                    "shorter steps, or add damping (body.retardation)");
+    });
 }
 
 }  // namespace rod

@@ -32,14 +32,18 @@ class RodModel final : public fmu::Model {
 
  private:
   /// Memory of the engine, without what the adapter adds.
-  std::span<double> engine_memory() { return std::span(memory_).first(memory_.size() - 1); }
+  std::span<double> engine_memory() { return std::span(memory_).first(engine_->memory_size()); }
+  /// Memory of the energy watch; empty where the rod has damping.
+  std::span<double> watch_memory();
   /// Warns of what is doubtful about an equilibrium.
   void warn_of_doubt(double t);
+  /// Warns of what is doubtful about a complete step from t to t + h [s].
+  void warn_of_step(double t, double h);
   template <class Call>
   auto counted(Call call);
 
   Data data_;
-  std::vector<double> memory_;  // memory of the engine, then the count of evaluations
+  std::vector<double> memory_;  // memory of the engine, of the energy watch, then the count of evaluations
   std::unique_ptr<Engine> engine_;
 };
 

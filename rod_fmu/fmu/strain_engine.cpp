@@ -56,6 +56,12 @@ class StrainEngine final : public Engine {
     return step_rosenbrock(rod_, u, h, tolerance, now, scratch_);
   }
 
+  core::Status check_motion(std::span<double> memory) const override {
+    const State now = state(memory);
+    core::Status status = rod_.check_strains(now.q.data());
+    return status.is_ok() ? rod_.check_rates(now.v.data()) : std::move(status);
+  }
+
   void outputs(std::span<double> memory, const Loads& loads, Outputs& y) override {
     const State now = state(memory);
     restore_creep(memory);
@@ -128,7 +134,7 @@ class StrainEngine final : public Engine {
   core::Status rates(std::span<const double> memory, const Loads& loads, std::span<double> dx) override {
     copy_.assign(memory.begin(), memory.end());
     State now = state(copy_);
-    core::Status status = rod_.check_strains(now.q.data());
+    core::Status status = check_motion(copy_);
     if (status.is_ok()) status = solve_acceleration(rod_, loads, now, scratch_);
     if (status.is_ok()) write_states(now.v, now.a, rod_.damping_power(now.v), dx);
     return status;

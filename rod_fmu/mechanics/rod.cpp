@@ -7,10 +7,15 @@
 
 #include "mechanics/segmented_rod.hpp"
 #include "mechanics/uniform_rod.hpp"
+#include "physics/section.hpp"
 
 namespace rod {
 
 namespace {
+
+// Largest rate of a strain in units of wave_rate_ [1]: tens of radians, the most that is admitted, at the frequency of
+// the highest polynomial are a few thousand.
+constexpr double kMaxRate = 1e5;
 
 std::vector<int> components_of(Strains strains) {
   switch (strains) {
@@ -52,6 +57,13 @@ Rod::Rod(const Parameters& p)
       closure_(p.closure),
       length_(p.length()) {
   for (std::size_t i = 0; i < p.tcas; ++i) laws_.emplace_back(p, i);
+  for (std::size_t j = 0; j < p.segments; ++j)
+    for (const double radius : {p.segment[j].radius, p.segment[j].radius_end}) {
+      const Section section = Section::of(p.segment[j], p.profile, radius);
+      double stiffness = *std::max_element(section.stiffness.begin() + 3, section.stiffness.end());
+      for (const TcaLaw& law : laws_) stiffness += std::abs(law.stiffness()) * length_;
+      wave_rate_ = std::max(wave_rate_, std::sqrt(stiffness / section.mass) / p.segment[j].length);
+    }
 }
 
 void Rod::pull_tcas(const Loads& loads, Workspace& work) const {
@@ -99,6 +111,16 @@ core::Status Rod::check_strains(const double* q) const {
   else
     what << "the rod's strains are not finite";
   return core::Status::discard(what.str(), "reduce the loads or the heat, or raise order");
+}
+
+core::Status Rod::check_rates(const double* v) const {
+  const double most = Eigen::Map<const Vector>(v, unknowns()).lpNorm<Eigen::Infinity>(),
+               allowed = kMaxRate * wave_rate_;
+  if (most <= allowed) return {};
+  std::ostringstream what;
+  what << "a strain changes at " << most << " 1/s, waves in this rod reach less than " << allowed << " 1/s";
+  return core::Status::discard(
+      what.str(), "the host's integration has diverged: take shorter steps or a method for stiff equations");
 }
 
 }  // namespace rod

@@ -101,6 +101,9 @@ class Rod {
   bool is_admissible(const double* q) const;
   /// The same as a status, with the strain that is not admissible.
   core::Status check_strains(const double* q) const;
+  /// Refuses rates of the strains that waves in this rod never reach, as an explicit method with too long a step makes
+  /// them.
+  core::Status check_rates(const double* v) const;
 
   /// Estimates the error of the strain polynomials at an equilibrium [m]: of the centreline and of the displacements.
   /// The workspace holds its kinematics.
@@ -152,6 +155,7 @@ class Rod {
   Closure closure_ = Closure::inside;
   double length_ = 0.0;
   double first_frequency_ = 0.0;
+  double wave_rate_ = 0.0;  // speed of the fastest waves along the rod, TCAs included, over its length [1/s]
   Vector stiffness_;
 };
 

@@ -48,6 +48,11 @@ GridRod::GridRod(const Parameters& p, const Section& section, int points)
     }
 }
 
+double GridRod::crossing_time() const {
+  const double stiffest = *std::max_element(section_.stiffness.begin() + 3, section_.stiffness.end());
+  return std::max(0.0, spacing_ * std::sqrt(section_.mass / stiffest) - section_.retardation);
+}
+
 GridScratch GridRod::scratch() const {
   GridScratch s;
   s.before.resize(points_);

@@ -47,6 +47,10 @@ class GridRod {
 
   int points() const { return points_; }
   int tcas() const { return tcas_; }
+  /// Time in which a wave crosses one grid interval [s], less the retardation time, over which damping spreads a jump
+  /// of the load along the rod. In shorter steps the strain at the tip, which the boundary condition W(L) = W_tip gives
+  /// no inertia, follows a jump at once over a whole interval.
+  double crossing_time() const;
   GridScratch scratch() const;
 
   /// Sets the state to the unloaded rod at rest.

@@ -22,7 +22,10 @@ struct Bench {
     t += h;
     evaluate();
   }
-  void evaluate() { fmu::require(model.evaluate(t)); }
+  void evaluate() {
+    fmu::require(model.evaluate(t));
+    fmu::require(model.evaluate_on_demand(t));
+  }
   ThermalModel model;
   double t = 0.0;
 };

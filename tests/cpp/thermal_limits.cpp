@@ -26,6 +26,7 @@ struct Bench {
     fmu::require(model.step(t, h).status);
     t += h;
     fmu::require(model.evaluate(t));
+    fmu::require(model.evaluate_on_demand(t));
   }
   ThermalModel model;
   std::vector<std::string> warnings;

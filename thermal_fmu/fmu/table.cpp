@@ -16,6 +16,16 @@ constexpr double kHuge = 1e12;
 
 using thermal::Data;
 
+/// A parameter that every TCA gets. A row that is declared later overrides what an earlier one set, so all rows of this
+/// kind come before those of single TCAs.
+template <class Refine>
+void for_all_tcas(Table<Data>& table, const thermal::Tca& tca, const char* name, const thermal::PerTca& values,
+                  const char* unit, const char* description, Refine&& refine) {
+  Variable& row = table.parameter(name, values[0], unit, description);
+  refine(row);
+  for (std::size_t i = 1; i < tca.count; ++i) table.also(row, values[i]);
+}
+
 /// A parameter of each TCA.
 template <class Refine>
 void per_tca(Table<Data>& table, const thermal::Tca& tca, const char* name, const thermal::PerTca& values,
@@ -24,31 +34,52 @@ void per_tca(Table<Data>& table, const thermal::Tca& tca, const char* name, cons
 }
 
 void geometry_and_material(Table<Data>& table, const thermal::Parameters& p) {
-  const auto length = [](Variable& row) { row.range(kTiny, 1e3).nominal(1e-3); };
   table.parameter("body.radius", p.body.radius, "m", "Outer radius of the body").range(kTiny, 1e3).nominal(5e-3);
   table.parameter("body.length", p.body.length, "m", "Length of body and TCAs").range(kTiny, 1e3).nominal(0.04);
   table.parameter("body.k", p.body.k, "W/(m.K)", "Heat conductivity of the body").range(kTiny, 1e6);
   table.parameter("body.rho_c", p.body.rho_c, "J/(m3.K)", "Heat capacity of the body").range(1.0, kHuge).nominal(1e6);
-  per_tca(table, p.tca, "tca.outer_radius", p.tca.outer_radius, "m", "Outer radius of the TCA", length);
-  per_tca(table, p.tca, "tca.inner_radius", p.tca.inner_radius, "m", "Radius of the TCA's insulated bore", length);
-  per_tca(table, p.tca, "tca.offset", p.tca.offset, "m", "Distance of the TCA's axis from the body's axis",
-          [](Variable& row) { row.range(0.0, 1e3).nominal(1e-3); });
-  per_tca(table, p.tca, "tca.azimuth", p.tca.azimuth, "rad", "Angle of the TCA's axis about the body's axis",
-          [](Variable& row) { row.range(-1e3, 1e3); });
-  per_tca(table, p.tca, "tca.k", p.tca.k, "W/(m.K)", "Heat conductivity of the TCA",
-          [](Variable& row) { row.range(kTiny, 1e6); });
-  per_tca(table, p.tca, "tca.rho_c", p.tca.rho_c, "J/(m3.K)", "Heat capacity of the TCA",
-          [](Variable& row) { row.range(1.0, kHuge).nominal(1e6); });
 }
 
-void circuit_and_surroundings(Table<Data>& table, const thermal::Parameters& p) {
+/// The parameters of TCAs in the order of the table: declare(name, values, unit, description, refine) for each. Those
+/// that are usually the same for all TCAs come in both forms, for all and one by one.
+template <class Declare>
+void shared_by_tcas(const thermal::Tca& tca, Declare&& declare) {
+  const auto length = [](Variable& row) { row.range(kTiny, 1e3).nominal(1e-3); };
+  declare("tca.outer_radius", tca.outer_radius, "m", "Outer radius of the TCA", length);
+  declare("tca.inner_radius", tca.inner_radius, "m", "Radius of the TCA's insulated bore", length);
+  declare("tca.offset", tca.offset, "m", "Distance of the TCA's axis from the body's axis",
+          [](Variable& row) { row.range(0.0, 1e3).nominal(1e-3); });
+  declare("tca.k", tca.k, "W/(m.K)", "Heat conductivity of the TCA", [](Variable& row) { row.range(kTiny, 1e6); });
+  declare("tca.rho_c", tca.rho_c, "J/(m3.K)", "Heat capacity of the TCA",
+          [](Variable& row) { row.range(1.0, kHuge).nominal(1e6); });
+}
+template <class Declare>
+void circuit_of_tcas(const thermal::Tca& tca, Declare&& declare) {
+  declare("tca.alpha_T", tca.alpha_T, "1/K",
+          "Relative change of resistance with temperature, R (1 + alpha_T (T - T_ref) + beta delta/length)",
+          [](Variable& row) { row.range(-1.0, 1.0).nominal(1e-3); });
+  declare("tca.beta", tca.beta, "1", "Relative change of resistance with the strain delta/length",
+          [](Variable& row) { row.range(-1e3, 1e3); });
+}
+
+void tcas(Table<Data>& table, const thermal::Parameters& p) {
+  const auto all = [&](auto&&... parts) { for_all_tcas(table, p.tca, parts...); };
+  const auto each = [&](const char* name, const thermal::PerTca& values, const char* unit, const char* description,
+                        auto&& refine) { per_tca(table, p.tca, name, values, unit, description, refine); };
+  shared_by_tcas(p.tca, all);
+  circuit_of_tcas(p.tca, all);
+  shared_by_tcas(p.tca, each);
+  per_tca(table, p.tca, "tca.azimuth", p.tca.azimuth, "rad", "Angle of the TCA's axis about the body's axis",
+          [](Variable& row) { row.range(-1e3, 1e3); });
   per_tca(table, p.tca, "tca.R", p.tca.R, "ohm", "Resistance of the TCA at tca.T_ref and delta = 0",
           [](Variable& row) { row.range(kTiny, kHuge).nominal(10.0).retuned(); });
-  per_tca(table, p.tca, "tca.alpha_T", p.tca.alpha_T, "1/K",
-          "Relative change of resistance with temperature, R (1 + alpha_T (T - T_ref) + beta delta/length)",
-          [](Variable& row) { row.range(-1.0, 1.0).nominal(1e-3).retuned(); });
-  per_tca(table, p.tca, "tca.beta", p.tca.beta, "1", "Relative change of resistance with the strain delta/length",
-          [](Variable& row) { row.range(-1e3, 1e3).retuned(); });
+  circuit_of_tcas(p.tca, [&](const char* name, const thermal::PerTca& values, const char* unit, const char* description,
+                             auto&& refine) {
+    per_tca(table, p.tca, name, values, unit, description, [&](Variable& row) { refine(row), row.retuned(); });
+  });
+}
+
+void surroundings(Table<Data>& table, const thermal::Parameters& p) {
   table.parameter("tca.T_ref", p.tca.T_ref, "K", "Temperature at which tca.R holds")
       .range(1.0, 1e4)
       .nominal(300.0)
@@ -107,7 +138,8 @@ void outputs(Table<Data>& table, const Data& data) {
       .output("T_max", data.T_max, "K",
               "Highest temperature in the TCAs and on the surface: the maximum of the field, not of its nodes")
       .nominal(300.0)
-      .depends({"mode"});
+      .depends({"mode"})
+      .on_demand();
   table.output("T_surface", data.T_surface, "K", "Mean temperature of the surface").nominal(300.0).depends({"mode"});
   table.output("h_surface", data.coefficient, "W/(m2.K)", "Heat transfer coefficient at the surface now")
       .nominal(10.0)
@@ -146,7 +178,8 @@ std::vector<Variable> variables(const Configuration& configuration) {
   const Data defaults(configuration.tcas);
   Table<Data> table(defaults);
   geometry_and_material(table, defaults.parameters);
-  circuit_and_surroundings(table, defaults.parameters);
+  tcas(table, defaults.parameters);
+  surroundings(table, defaults.parameters);
   inputs(table, defaults);
   outputs(table, defaults);
   states(table, configuration.tcas);

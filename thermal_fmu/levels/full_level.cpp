@@ -155,4 +155,9 @@ Status FullLevel::observe(std::span<const double> state, const Drive& drive, Obs
   return system.observe(Eigen::Map<const VectorXd>(state.data(), system.size()), drive, seen);
 }
 
+double FullLevel::max_rise(std::span<const double> state) {
+  FullSystem& system = integrator_->system;
+  return system.max_rise(Eigen::Map<const VectorXd>(state.data(), system.size()));
+}
+
 }  // namespace thermal

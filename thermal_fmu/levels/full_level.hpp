@@ -21,6 +21,7 @@ class FullLevel final : public HeatLevel {
   Status advance(std::span<double> state, const Drive& drive, double h, double tolerance) override;
   void retune(const Parameters& parameters) override;
   Status observe(std::span<const double> state, const Drive& drive, Observation& seen) override;
+  double max_rise(std::span<const double> state) override;
 
   const FullSystem::Counts& counts() const;
 

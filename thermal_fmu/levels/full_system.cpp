@@ -95,11 +95,20 @@ Status FullSystem::observe(const Eigen::Ref<const Vector>& x, const Drive& drive
   seen.coefficient = ratio * convection.reference();
   seen.surface_rise = surface / surface_conductance_;
   seen.stored = root.dot(x);
-  for (std::size_t k = 0; k < probes_.size(); ++k)
-    peak_values_[static_cast<Index>(k)] = x[probes_[k]] / root[probes_[k]];
-  seen.max_rise = peak_.of(peak_values_);
+  observe_probes(x);
+  seen.node_rise = peak_values_.maxCoeff();
   seen.bound = 0.0;  // nothing is left out of the mesh
   return {};
+}
+
+void FullSystem::observe_probes(const Eigen::Ref<const Vector>& x) {
+  for (std::size_t k = 0; k < probes_.size(); ++k)
+    peak_values_[static_cast<Index>(k)] = x[probes_[k]] / root[probes_[k]];
+}
+
+double FullSystem::max_rise(const Eigen::Ref<const Vector>& x) {
+  observe_probes(x);
+  return peak_.of(peak_values_);
 }
 
 }  // namespace thermal

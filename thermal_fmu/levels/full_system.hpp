@@ -29,6 +29,8 @@ class FullSystem {
   bool solve(double gamma, const Eigen::Ref<const Vector>& b, Eigen::Ref<Vector> x);
 
   Status observe(const Eigen::Ref<const Vector>& x, const Drive& drive, Observation& seen);
+  /// Highest rise in TCAs and on the surface [K].
+  double max_rise(const Eigen::Ref<const Vector>& x);
 
   Circuit circuit;
   Convection convection;
@@ -48,6 +50,8 @@ class FullSystem {
 
   SparseMatrix a_;
   std::vector<int> probes_;
+  void observe_probes(const Eigen::Ref<const Vector>& x);
+
   Peak peak_;
   Vector peak_values_;  // scratch
   double surface_conductance_, T_0_;

@@ -31,7 +31,7 @@ struct Observation {
   PerTca power = filled(core::kUnwritten);  // [W]
   double loss = core::kUnwritten;           // through the surface [W]
   double stored = core::kUnwritten;         // since the uniform T_0 [J]
-  double max_rise = core::kUnwritten;       // in TCAs and on the surface [K]
+  double node_rise = core::kUnwritten;      // highest one at the nodes of TCAs and surface [K]
   double surface_rise = core::kUnwritten;   // mean [K]
   double coefficient = core::kUnwritten;    // of heat transfer at the surface [W/(m2 K)]
   double bound = core::kUnwritten;          // of the error of every T_i so far against the same mesh unreduced [K]
@@ -52,6 +52,8 @@ class HeatLevel {
   virtual void retune(const Parameters& parameters) = 0;
   /// Writes the outputs at the start of the drive.
   virtual Status observe(std::span<const double> state, const Drive& drive, Observation& seen) = 0;
+  /// Highest rise in TCAs and on the surface [K].
+  virtual double max_rise(std::span<const double> state) = 0;
 
   // The level as differential equations, for model exchange: amplitudes of its modes [K], scaled so that a uniform rise
   // of 1 K has amplitudes whose squares sum to 1.
@@ -60,6 +62,8 @@ class HeatLevel {
   virtual std::size_t amplitudes() const { return 0; }
   virtual void get_amplitudes(std::span<const double> /*state*/, std::span<double> /*x*/) const {}
   virtual void set_amplitudes(std::span<double> /*state*/, std::span<const double> /*x*/) const {}
+  /// Refuses amplitudes that no heating reaches: temperatures below absolute zero, or far beyond any material.
+  virtual Status check_amplitudes(std::span<const double> /*state*/) const { return {}; }
   /// Their rates at the start of the drive [K/s].
   virtual Status rates(std::span<const double> /*state*/, const Drive&, std::span<double> /*dx*/) { return {}; }
   /// Adds the change of the powers since the last call to what Observation::bound is proportional to.

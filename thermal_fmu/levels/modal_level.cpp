@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "levels/phi.hpp"
 #include "mesh/spectral.hpp"
@@ -63,6 +64,7 @@ ModalLevel<tcas>::ModalLevel(ModalModel model, const Parameters& parameters)
       conductances_(count(), kPoints),
       base_rises_(rows() * kPoints),
       z_(model_.size()),
+      probed_(VectorXd::Constant(model_.size(), std::numeric_limits<double>::quiet_NaN())),
       probes_(model_.probe.rows()) {
   carrier_ = make_carrier();
   retune(parameters);
@@ -306,11 +308,11 @@ void ModalLevel<tcas>::set_amplitudes(std::span<double> memory, std::span<const 
   for (Index k = 0; k < model_.size(); ++k) memory[k] = x[k] * unit_;
 }
 
-/// Refuses amplitudes that no heating reaches: temperatures below absolute zero or rises beyond kHottest. A host's
-/// explicit method with too long a step oscillates into both.
+/// A host's explicit method with too long a step oscillates below absolute zero and beyond kHottest.
 template <int tcas>
-Status ModalLevel<tcas>::check_range(const Eigen::Ref<const VectorXd>& z) const {
+Status ModalLevel<tcas>::check_amplitudes(std::span<const double> memory) const {
   const Index n_tcas = count();
+  const Eigen::Map<const VectorXd> z(memory.data(), model_.size());
   for (Index i = 0; i < n_tcas; ++i) {
     const double rise = load_.col(i).dot(z);
     if (rise >= -T_0_ && rise <= kHottest) continue;
@@ -327,7 +329,7 @@ Status ModalLevel<tcas>::rates(std::span<const double> memory, const Drive& driv
   const Eigen::Map<const VectorXd> z(memory.data(), n);
   Channels input(channels());
   if (Status status = inputs(z, drive, input); !status.is_ok()) return status;
-  if (Status status = check_range(z); !status.is_ok()) return status;
+  if (Status status = check_amplitudes(memory); !status.is_ok()) return status;
   Eigen::Map<VectorXd>(dx.data(), n) = (load_ * input - model_.rate.cwiseProduct(z)) / unit_;
   return {};
 }
@@ -364,11 +366,24 @@ Status ModalLevel<tcas>::observe(std::span<const double> memory, const Drive& dr
                                              drive.air_speed[0]);
   seen.surface_rise = surface / model_.surface_conductance;
   seen.stored = model_.capacity.dot(z);
-  probes_.noalias() = model_.probe * z;
-  seen.max_rise = model_.peak.of(probes_);
+  observe_probes(z);
+  seen.node_rise = probes_.maxCoeff();
   seen.bound = 0.0;
   for (Index i = 0; i < n_tcas; ++i) seen.bound = std::max(seen.bound, model_.step_bound.row(i).dot(travel));
   return {};
+}
+
+template <int tcas>
+void ModalLevel<tcas>::observe_probes(const Eigen::Ref<const VectorXd>& z) {
+  probes_.noalias() = model_.probe * z;
+  probed_ = z;
+}
+
+template <int tcas>
+double ModalLevel<tcas>::max_rise(std::span<const double> memory) {
+  const Eigen::Map<const VectorXd> z(memory.data(), model_.size());
+  if (z != probed_) observe_probes(z);
+  return model_.peak.of(probes_);
 }
 
 template class ModalLevel<static_cast<int>(core::kDefaultTcas)>;

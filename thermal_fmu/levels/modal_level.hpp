@@ -32,9 +32,11 @@ class ModalLevel final : public HeatLevel {
   Status advance(std::span<double> state, const Drive& drive, double h, double tolerance) override;
   void retune(const Parameters& parameters) override;
   Status observe(std::span<const double> state, const Drive& drive, Observation& seen) override;
+  double max_rise(std::span<const double> memory) override;
   std::size_t amplitudes() const override { return static_cast<std::size_t>(model_.size()); }
   void get_amplitudes(std::span<const double> state, std::span<double> x) const override;
   void set_amplitudes(std::span<double> state, std::span<const double> x) const override;
+  Status check_amplitudes(std::span<const double> memory) const override;
   Status rates(std::span<const double> state, const Drive& drive, std::span<double> dx) override;
   Status note_powers(std::span<double> state, const Drive& drive) override;
 
@@ -95,7 +97,7 @@ class ModalLevel final : public HeatLevel {
                     const Collocation& collocation, double tolerance);
   bool update_surroundings(const Drive& drive, double from, double h);
   Collocation& collocation(double h, int depth);
-  Status check_range(const Eigen::Ref<const Eigen::VectorXd>& z) const;
+  void observe_probes(const Eigen::Ref<const Eigen::VectorXd>& z);
   /// Powers and ambient rise at the start of the drive.
   Status inputs(const Eigen::Ref<const Eigen::VectorXd>& z, const Drive& drive, Channels& input) const;
 
@@ -112,7 +114,7 @@ class ModalLevel final : public HeatLevel {
   std::vector<Collocation> collocations_;  // by depth of halving
   AtPoints powers_, rises_, conductances_;
   Values base_rises_;
-  Eigen::VectorXd z_, probes_;
+  Eigen::VectorXd z_, probed_, probes_;  // probed_: the amplitudes that probes_ belong to
 };
 
 extern template class ModalLevel<static_cast<int>(core::kDefaultTcas)>;
