@@ -4,6 +4,7 @@ import concurrent.futures
 import subprocess
 import sys
 import zipfile
+from collections.abc import Iterator
 from pathlib import Path
 
 import fmpy
@@ -15,7 +16,7 @@ from tca_cosim import scene as scenes
 from tca_cosim.cli import app
 from tca_cosim.errors import SceneError
 from tca_cosim.fmi.archive import Archive, find_fmu
-from tca_cosim.fmi.configuration import Configuration, configured_fmu, write_configured
+from tca_cosim.fmi.configuration import Configuration, can_configure, configured_fmu, write_configured
 from typer.testing import CliRunner
 
 HEAT_ALONE = {"stop_time": 2.0, "fmus": {"thermal": "thermal.fmu"}, "connections": []}
@@ -189,7 +190,7 @@ def _moving_count(member: scenes.Member) -> int:
     """Number of states of the level that a scene chooses."""
     if member.archive.description.model_name == "thermal":
         reduced = {2: 22, 3: 30}[len(member.archive.vectors["T"])]  # at the default tolerance
-        return {"lumped": 4, "reduced": reduced}[member.choice("level")]
+        return {"lumped": 4, "reduced": reduced, "full": 0}[member.choice("level")]  # full: its own steps alone
     if not member.value("dynamic") or member.choice("method") == "pade_euler":
         return 0
     strains = {"bending": 2, "extensible": 3, "kirchhoff": 4, "cosserat": 6}[member.choice("strains")]
@@ -199,27 +200,70 @@ def _moving_count(member: scenes.Member) -> int:
 
 SAMPLE = ("step", "stiff")
 ALL = tuple(sorted(scenes.titles()))
+BY_FMPY = [*SAMPLE, *(pytest.param(n, marks=pytest.mark.slow) for n in ALL if n not in SAMPLE)]
+BY_LIBCOSIM = [pytest.param(n, marks=[pytest.mark.hosts, *([] if n == "step" else [pytest.mark.slow])]) for n in ALL]
 
 
-@pytest.mark.parametrize("name", [*SAMPLE, *(pytest.param(n, marks=pytest.mark.slow) for n in ALL if n not in SAMPLE)])
-def test_like_a_scene_is_the_same_alone(name: str, tmp_path: Path) -> None:
-    assert exported(tmp_path, "--like", name).startswith("0:")
+def _own(name: str, folder: Path) -> Iterator[tuple[scenes.Member, Path, float, float]]:
+    """The members of a scene that this package made, their FMUs as exported, stop time and step [s]."""
+    assert exported(folder, "--like", name).startswith("0:")
     scene = scenes.read(name)
     stop, step = min(scene.stop_time, 0.3), min(scene.coupling.macro_step, 0.05)
     for member in scene.members:
-        path = tmp_path / f"{member.name}.fmu"
+        if can_configure(member.archive):
+            yield member, folder / f"{member.name}.fmu", stop, step
+
+
+def _alone(member: scenes.Member, stop: float, step: float) -> np.ndarray:
+    """Outputs of a member's own FMU with the scene's values, by FMPy."""
+    starts = {**member.parameters, **{n: s.polynomial(0.0, 1e-9)[0] for n, s in member.signals.items()}}
+    settings = {"stop_time": stop, "output_interval": step, "output": _outputs(member), "fmi_type": "CoSimulation"}
+    return fmpy.simulate_fmu(str(member.archive.path), start_values=starts, **settings)
+
+
+def _outputs(member: scenes.Member) -> list[str]:
+    variables = member.archive.variables.values()
+    return [v.name for v in variables if v.causality == "output" and v.type == "Real"]
+
+
+@pytest.mark.parametrize("name", BY_FMPY)
+def test_like_a_scene_is_the_same_alone(name: str, tmp_path: Path) -> None:
+    for member, path, stop, step in _own(name, tmp_path):
         assert fmpy.validation.validate_fmu(str(path)) == []
+        original = _alone(member, stop, step)
         if not member.value("planar"):
             assert len(states(path)) == _moving_count(member), member.name
-        variables = member.archive.variables
-        starts = {**member.parameters, **{n: s.polynomial(0.0, 1e-9)[0] for n, s in member.signals.items()}}
-        outputs = [v.name for v in variables.values() if v.causality == "output" and v.type == "Real"]
-        settings = {"stop_time": stop, "step_size": step, "output": outputs, "fmi_type": "CoSimulation"}
+        settings = {"stop_time": stop, "output_interval": step, "output": _outputs(member), "fmi_type": "CoSimulation"}
         alone = fmpy.simulate_fmu(str(path), **settings)
-        original = fmpy.simulate_fmu(str(member.archive.path), start_values=starts, **settings)
-        for output in outputs:
+        for output in _outputs(member):
             scale = np.abs(original[output]).max()
             np.testing.assert_allclose(alone[output], original[output], rtol=0, atol=1e-9 * scale, err_msg=output)
+
+
+@pytest.mark.parametrize("name", BY_LIBCOSIM)
+def test_like_a_scene_is_the_same_in_another_host(name: str, tmp_path: Path) -> None:
+    """libcosim, of the Open Simulation Platform, steps each exported FMU alone, with nothing set."""
+    from libcosimpy.CosimEnums import CosimErrorCode
+    from libcosimpy.CosimExecution import CosimExecution
+    from libcosimpy.CosimLogging import CosimLogLevel, log_output_level
+    from libcosimpy.CosimObserver import CosimObserver
+    from libcosimpy.CosimSlave import CosimLocalSlave
+
+    log_output_level(CosimLogLevel.ERROR)
+    for member, path, stop, step in _own(name, tmp_path):
+        execution = CosimExecution.from_step_size(step * 1e9)
+        slave = execution.add_local_slave(CosimLocalSlave(str(path), member.name))
+        observer = CosimObserver.create_last_value()
+        execution.add_observer(observer)
+        original, outputs = _alone(member, stop, step), _outputs(member)
+        references = [member.archive.variables[output].reference for output in outputs]
+        for row in original[1:]:
+            execution.step()
+            assert execution.status().error_code == CosimErrorCode.SUCCESS.value, f"{member.name} at {row['time']} s"
+            found = observer.last_real_values(slave, references)
+            for output, value in zip(outputs, found, strict=True):
+                scale = float(np.abs(original[output]).max())
+                assert abs(value - float(row[output])) <= 1e-9 * scale + 1e-15, f"{member.name}.{output}"
 
 
 def test_an_integrator_sees_the_moving_states_alone(tmp_path: Path) -> None:
