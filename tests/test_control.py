@@ -177,6 +177,23 @@ def test_sensors_may_drop_out(controller_parts: tuple[HeatModel, StaticRod]) -> 
         half.observer.predict(np.array([1.0, NAN, 1.0]))
 
 
+def test_a_plant_that_is_hot_already_is_seen_and_cooled(controller_parts: tuple[HeatModel, StaticRod]) -> None:
+    """The controller is switched on when the mean temperatures are 96 degC, above its limit of 90 degC."""
+    settings = {"rod.closure": "inside", "rod.order": 0, "stop_time": 120.0, "thermal.V": [3.0, 3.0, 3.0]}
+    limits, random = PlanLimits(5.0, 363.15, 363.15), np.random.default_rng(0)
+    controller = PredictiveController(*controller_parts, lambda t: np.tile([-20e-3, 0.0], (len(t), 1)), limits)
+    with tca.Simulation("step", settings) as plant:
+        plant.step(29.0)
+        before = plant["thermal.T_max"]
+        for k in range(40):
+            T = plant["thermal.T"] + 0.2 * random.standard_normal(3)
+            controller.measure(plant["rod.tip.p"][:2] + 1e-4 * random.standard_normal(2), T, 0.2)
+            assert np.abs(controller.observer.temperatures - plant["thermal.T"]).max() < 1.5
+            plant.step(29.1 + 0.1 * k, {"thermal.V": controller.update(0.1 * k)})
+            assert plant["thermal.T_max"] < before
+        assert plant["thermal.T_max"] < limits.hottest + 1.0
+
+
 def test_observers_need_the_displacements() -> None:
     model = tca.read("step", {"rod.closure": "inside"})
     message = r"end them with delta\[1\], delta\[2\], delta\[3\]"

@@ -25,6 +25,9 @@ from .checks import require_numbers, require_positive
 __all__ = ["HeatObserver", "ObserverNoise"]
 
 
+HEATED_FOR = (1.0, 10.0, 100.0)  # [s] before the start: from a TCA's own section to the whole body
+
+
 @dataclass(frozen=True)
 class ObserverNoise:
     """Standard deviations.
@@ -37,11 +40,14 @@ class ObserverNoise:
         Of its change per root of a second.
     temperature : float
         Of what the heat model leaves out of each mode, per root of a second [K].
+    start : float
+        Of the mean temperatures at the start, as unknown heating before makes them [K]; 0: they are the scene's.
     """
 
     power: float = 0.3
     power_drift: float = 0.02
     temperature: float = 0.02
+    start: float = 0.0
 
 
 class HeatObserver:
@@ -81,6 +87,7 @@ class HeatObserver:
         n, N = self._G.shape
         self.x, self.error = np.zeros(n), np.zeros(N)
         self._P = np.diag(np.concatenate([np.zeros(n), np.full(N, noise.power**2)]))
+        self._P[:n, :n] = _start_covariance(heat, noise.start)
         drift = np.concatenate([np.full(n, noise.temperature**2), np.full(N, noise.power_drift**2)])
         self._Q = step * np.diag(drift)
         self._seen = np.hstack([heat.C, np.zeros((N, N))])
@@ -143,3 +150,14 @@ class HeatObserver:
         self.x, self.error = self.x + change[:n], self.error + change[n:]
         left = np.eye(len(change)) - K @ H
         self._P = left @ self._P @ left.T + K @ noise @ K.T
+
+
+def _start_covariance(heat: HeatModel, deviation: float) -> np.ndarray:
+    """Return the covariance (n, n) of the modes after unknown heating of every TCA for each of HEATED_FOR."""
+    n = len(heat.A)
+    covariance = np.zeros((n, n))
+    for duration in HEATED_FOR:
+        field = heat.at_knots(duration, 1).G
+        field = field / np.diag(heat.C @ field)  # a rise of 1 K of the TCA's own mean
+        covariance += deviation**2 / len(HEATED_FOR) * field @ field.T
+    return covariance

@@ -18,11 +18,12 @@ from ..planning.limits import PlanLimits
 from ..planning.problem import SMOOTHING, solve_quadratic_program
 from ..planning.rod import StaticRod
 from .checks import require_numbers, require_positive
-from .observer import HeatObserver
+from .observer import HeatObserver, ObserverNoise
 
 __all__ = ["PredictiveController"]
 
 REFERENCE_FILTER = 0.3  # share of a new difference between measured and predicted outputs that is taken over
+UNKNOWN_START = 20.0  # [K] standard deviation of temperatures at the start: the plant may have been used before
 MARGIN = 0.5  # [K] kept from the limits of temperature: what noise makes of it in an update
 
 
@@ -46,6 +47,8 @@ class PredictiveController:
         Intervals of constant power in the horizon.
     scale : float
         Size of the outputs, in which errors are weighed.
+    noise : ObserverNoise, optional
+        What the observer reckons with; default: temperatures at the start are not known.
 
     Raises
     ------
@@ -63,13 +66,14 @@ class PredictiveController:
         horizon: float = 10.0,
         knots: int = 20,
         scale: float = 1e-2,
+        noise: ObserverNoise | None = None,
     ) -> None:
         for what, value in (("step", step), ("horizon", horizon), ("knots", knots), ("scale", scale)):
             require_positive(what, value)
         if horizon < knots * step:
             raise SceneError(f"horizon = {horizon:g} s: shorter than {knots} knots of {step:g} s; give fewer knots")
         self.heat, self.rod, self.path, self.limits, self.step, self.scale = heat, rod, path, limits, step, scale
-        self.observer = HeatObserver(heat, rod, step)
+        self.observer = HeatObserver(heat, rod, step, noise or ObserverNoise(start=UNKNOWN_START))
         self._distance = horizon / knots
         model = heat.at_knots(self._distance, knots)
         self._model = model
