@@ -1,5 +1,7 @@
-"""What can go wrong, as three exceptions that share one base. Every text says what, where, the likely cause and the
-remedy."""
+"""Exceptions and warnings of the package.
+
+All exceptions share one base. Every text says what, where, the likely cause and the remedy.
+"""
 
 from __future__ import annotations
 
@@ -34,7 +36,8 @@ class FmuWarning(UserWarning):
 class Interrupted(KeyboardInterrupt):
     """A run that the user stops, by Ctrl-C or SIGTERM.
 
-    partial: the result until then."""
+    partial: the result until then.
+    """
 
     partial: Any = None
 

@@ -46,9 +46,11 @@ def command(
     ] = None,
     override: Overrides = [],  # noqa: B006 (typer copies it)
 ) -> None:
-    """Writes thermal.fmu and rod.fmu to a folder, at any number of TCAs and segments or as a scene needs them, or a
-    scene with its FMUs as an SSP archive; by default `step`, with all parameter sets and its loop closed inside the
-    rod. No compiler is needed."""
+    """Writes thermal.fmu and rod.fmu to a folder, or a scene with its FMUs as an SSP archive.
+
+    FMUs have any number of TCAs and segments, or those that a scene needs. The archive is by default that of `step`,
+    with all parameter sets and its loop closed inside the rod. No compiler is needed.
+    """
     with reported():
         if folder is not None and output is not None and folder != output:
             raise CosimError(f"two folders for the FMUs: {folder} and {output}; name one")

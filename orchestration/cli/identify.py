@@ -39,8 +39,11 @@ def command(
     scheduler: Scheduler = None,
     folder: Folder = Path("results"),
 ) -> None:
-    """Estimates parameters by least squares (requires tca-cosim[control]); writes NAME.parameters.toml, a parameter set
-    for other scenes, and NAME.estimate.json. Only --bootstrap uses --workers and --scheduler."""
+    """Estimates parameters by least squares (requires tca-cosim[control]).
+
+    Writes NAME.parameters.toml, a parameter set for other scenes, and NAME.estimate.json. Only --bootstrap uses
+    --workers and --scheduler.
+    """
     from ..api import read
     from ..files import atomic_write
     from ..identification import bootstrap, identify, read_free, read_measurements

@@ -31,8 +31,10 @@ def command(
     distance: Annotated[float, typer.Option("--step", help="Time between changes of the voltages [s]")] = 0.5,
     folder: Folder = Path("results"),
 ) -> None:
-    """Finds voltages with which the manipulator follows a path (requires tca-cosim[control]); writes a scene that runs
-    them and the result of the full models."""
+    """Finds voltages with which the manipulator follows a path (requires tca-cosim[control]).
+
+    Writes a scene that runs them and the result of the full models.
+    """
     from .. import results
     from ..planning import PlanLimits, plan, read_target  # scipy takes long to load
 

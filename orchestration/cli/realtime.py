@@ -29,7 +29,8 @@ def command(
     """Runs a scene without loops in step with the clock and shows how long its steps take; writes NAME.realtime.csv.
 
     Memory is locked and the thread gets a real-time priority where the system allows both; allocations in steps are
-    counted. Exit code 1: a step missed its deadline."""
+    counted. Exit code 1: a step missed its deadline.
+    """
     with reported():
         import numpy as np
         from rich.table import Table

@@ -32,8 +32,10 @@ def command(
     against: Against = None,
     measured: Measured = None,
 ) -> None:
-    """Writes a result as one self-contained HTML page, NAME.html (requires tca-cosim[report]); of a run that fails
-    NAME.partial.html."""
+    """Writes a result as one self-contained HTML page, NAME.html (requires tca-cosim[report]).
+
+    A run that fails gives NAME.partial.html.
+    """
     with reported():
         with extra("report"):
             from ..visualization.measured import check_file, read_measured

@@ -3,7 +3,8 @@
     V = { table = { file = "volts.csv", column = "V1", time = "t", interpolation = "linear" } }
 
 Values are joined by straight lines (linear) or held. The first row that is not a comment (#) has the names; a unit may
-follow in brackets: V1 [mV]. The first column is the time unless `time` names another."""
+follow in brackets: V1 [mV]. The first column is the time unless `time` names another.
+"""
 
 from __future__ import annotations
 

@@ -1,7 +1,8 @@
 """Tables [body] and [tca] of a scene: parameters of the manipulator that its FMUs share, given once.
 
 Both FMUs have the geometry as parameters of their own. A value of these tables goes to every FMU that has the
-parameter; in connected thermal and rod FMUs the shared parameters must agree, however they are given."""
+parameter; in connected thermal and rod FMUs the shared parameters must agree, however they are given.
+"""
 
 from __future__ import annotations
 
@@ -30,7 +31,8 @@ def distribute(layers: Sequence[Layer], archives: Mapping[str, Archive]) -> list
     """Hand the values of [body] and [tca] on to the FMUs.
 
     archives: by member. Within a layer a value of an FMU's own table wins. Raises SceneError for a key that no FMU
-    has."""
+    has.
+    """
     return [_distributed(layer, archives) for layer in layers]
 
 
@@ -79,8 +81,10 @@ def check_shared(members: Sequence[Member], connections: Sequence[Connection]) -
 
 
 def check_profile(members: Sequence[Member]) -> None:
-    """Raise SceneError where a rod of a given profile does not have all its stiffnesses: the FMU's start values of
-    them describe no body."""
+    """Raise SceneError where a rod of a given profile does not have all its stiffnesses.
+
+    The FMU's start values of them describe no body.
+    """
     for member in members:
         if member.archive.description.model_name != ROD or member.value("body.profile") is None:
             continue
@@ -124,7 +128,8 @@ def _fits_in(heat: Member, rod: Member, body: RodParameters, wire: Connection) -
     """Compare the section of a thermal FMU with the part of the body along which a TCA lies that gets its temperature.
 
     Radius and distances must occur there. The length must be that of the part, or where the TCA takes the mean of
-    several sections no longer than it; the azimuth that of a TCA that is not wound about the axis."""
+    several sections no longer than it; the azimuth that of a TCA that is not wound about the axis.
+    """
     own, theirs = (wire.source, wire.target) if wire.source[0] == heat.name else (wire.target, wire.source)
     indices = [_ELEMENT.fullmatch(name) for _, name in (own, theirs)]
     if None in indices:

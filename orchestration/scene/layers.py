@@ -28,7 +28,8 @@ _MOST_BYTES = 100_000_000  # of a scene file; what is larger is not one
 def titles(folder: str = "scenes") -> dict[str, tuple[str, Path]]:
     """Return title and file of every scene that comes with the package, by name; only the titles are read.
 
-    folder: of the package, with other files that have titles, such as sweeps."""
+    folder: of the package, with other files that have titles, such as sweeps.
+    """
     return {name: (str(load(path).raw.get("title", name)), path) for name, path in _shipped(folder).items()}
 
 
@@ -38,8 +39,10 @@ def parameter_sets() -> tuple[str, ...]:
 
 
 def find(source: str | Path, folder: str, kind: str, near: Path | None = None) -> Path:
-    """Return the file of that path (also from the folder `near`), or of that name in a folder of the package. Raises
-    SceneError."""
+    """Return the file of that path, also from the folder `near`, or of that name in a folder of the package.
+
+    Raises SceneError.
+    """
     candidates = [Path(source), (near or Path()) / source]
     for candidate in candidates:
         if candidate.suffix.lower() in (_TOML, _SSP) and _is_file(candidate):

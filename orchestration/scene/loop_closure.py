@@ -11,8 +11,10 @@ __all__ = ["closed_inside"]
 
 
 def closed_inside(scene: Scene) -> Scene:
-    """Return the scene with `closure = inside` where the master would have closed the loop from the same FMU's
-    delta."""
+    """Return the scene with `closure = inside` where the master would have closed the loop.
+
+    That is where delta_guess is wired from the same FMU's delta.
+    """
     members, connections = [], list(scene.connections)
     for member in scene.members:
         loop = [

@@ -1,7 +1,8 @@
 """Names of the variables and parameters of thermal.fmu and rod.fmu: all that the package knows of its two own FMUs.
 
 Everything else handles FMUs of any origin. Whoever needs a physical quantity of the manipulator reads it from
-ThermalParameters here or from RodParameters in body.py, or takes a name from the constants below."""
+ThermalParameters here or from RodParameters in body.py, or takes a name from the constants below.
+"""
 
 from __future__ import annotations
 
@@ -102,18 +103,23 @@ class RecordedParameters:
     choices: Mapping[str, str]
 
     def real(self, parameter: str) -> float:
+        """Return the value of a scalar parameter."""
         return self.values[parameter]
 
     def reals(self, vector: str) -> tuple[float, ...]:
+        """Return the values of the elements of a vector."""
         return tuple(value for name, value in self.values.items() if is_element_of(name, vector))
 
     def each(self, parameter: str, count: int) -> tuple[float, ...]:
+        """Return one value for each of `count` TCAs or segments."""
         return self.reals(parameter) or (self.real(parameter),) * count
 
     def choice(self, parameter: str) -> str:
+        """Return the item of an enumeration parameter."""
         return self.choices[parameter]
 
     def has(self, parameter: str) -> bool:
+        """Tell whether the result records a parameter."""
         return parameter in self.values
 
 
@@ -125,7 +131,8 @@ def is_element_of(name: str, vector: str) -> bool:
 def set_by(parameter: str, vectors: Mapping[str, Sequence[str]]) -> tuple[tuple[str, ...], float]:
     """Return the parameters of a rod that setting `parameter` sets too, and the share of the value that each gets.
 
-    vectors: elements of each vector of the FMU."""
+    vectors: elements of each vector of the FMU.
+    """
     base, bracket, index = parameter.partition("[")
     if bracket:
         elements = vectors.get(ELEMENTS_SET.get(base, ""), ())

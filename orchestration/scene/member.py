@@ -21,7 +21,8 @@ class Member:
 
     frozen: a co-simulation takes no step of it, so that its outputs stay as they are at the start
     (cosim/frozen_subsystem.py); not a key of scenes, but set where model selection finds that it changes nothing.
-    recorded: names of variables that a result shows beside inputs and outputs."""
+    recorded: names of variables that a result shows beside inputs and outputs.
+    """
 
     name: str
     archive: Archive
@@ -73,7 +74,8 @@ def set_parameter(parameters: dict[str, Value], name: str, value: Value, archive
     """Set a parameter after those that are there, which are set in their order.
 
     What an FMU of this package sets with it is noted too, so that whoever reads the parameters sees those that the FMU
-    has."""
+    has.
+    """
     parameters.pop(name, None)
     parameters[name] = value
     if not archive.reentrant or archive.variables[name].causality != "parameter":

@@ -31,7 +31,8 @@ def read_members(
     """Read the FMUs of a scene.
 
     top: what holds under each key at the top of the scene; keys: those that a scene may have beside names of FMUs;
-    folder: of the scene's file. Raises SceneError."""
+    folder: of the scene's file. Raises SceneError.
+    """
     files = _files(top, layers, keys)
     layers = [_grouped(layer, files, keys) for layer in layers]
     layers, sizes = take_sizes(layers, files)
@@ -149,7 +150,8 @@ def _elements(layer: Layer, member: str, key: str, raw: Any, archive: Archive) -
     """The scalar variables that a key stands for, each with its raw value.
 
     Where an FMU of this package has a vector and a scalar of that name, which sets all its elements, one value is that
-    of all of them."""
+    of all of them.
+    """
     elements = archive.vectors.get(key)
     if key in archive.variables and not (elements and isinstance(raw, list)):
         every = elements if elements and archive.reentrant else ()

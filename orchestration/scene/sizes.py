@@ -1,7 +1,8 @@
 """Size of the body in a scene: the keys tcas, segments, ports and creep of the table [body], or body.tcas of one FMU.
 
 FMUs of this package are written at that size when the scene is read (fmi/configuration.py); all others have the size
-that they have."""
+that they have.
+"""
 
 from __future__ import annotations
 

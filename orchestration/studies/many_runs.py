@@ -2,7 +2,8 @@
 
 The engine takes parameters that change nothing but themselves: the scene read with a value is the same scene with that
 value in it. All others, such as a closure that changes the wiring, are read and run by the master, run by run. Both
-give the same numbers."""
+give the same numbers.
+"""
 
 from __future__ import annotations
 
@@ -34,7 +35,8 @@ class EngineRuns:
     """Runs of a scene by the engine.
 
     plan: of the scene; elements: for each column of the table the limits of its variables; threads: default: one for
-    each core."""
+    each core.
+    """
 
     plan: EnginePlan
     limits: np.ndarray  # (2, columns)
@@ -46,7 +48,8 @@ class EngineRuns:
     ) -> EngineRuns | None:
         """Return what runs a table of parameters, name -> values (runs,), or None where only the master can.
 
-        So it is where the engine is not built."""
+        So it is where the engine is not built.
+        """
         if not all(_is_plain(scene, name, values) for name, values in columns.items()):
             return None
         try:
@@ -60,7 +63,8 @@ class EngineRuns:
     def blocks(self, table: np.ndarray) -> Iterator[list[tuple[int, np.ndarray | None]]]:
         """Run a table (runs, columns); yield blocks with the number and the rows (steps + 1, outputs) of each run.
 
-        None for a run that the master is to do: a value that is out of range, or a step that fails."""
+        None for a run that the master is to do: a value that is out of range, or a step that fails.
+        """
         with np.errstate(invalid="ignore"):
             good = ((table >= self.limits[0]) & (table <= self.limits[1])).all(axis=1)
         first, size = 0, FIRST_BLOCK

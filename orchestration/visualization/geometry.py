@@ -4,7 +4,8 @@
 
 d1 and d2 follow the centreline by parallel transport (Bishop, "There is more than one way to frame a curve", 1975). An
 even twist is added, so that they end in the orientation of the tip. Cross-sections are drawn normal to the centreline:
-the shear of a slender body is not visible."""
+the shear of a slender body is not visible.
+"""
 
 from __future__ import annotations
 

@@ -1,6 +1,7 @@
 """Shape of the manipulator over time, from a result.
 
-Members are recognised by the names of their variables, whatever the members themselves are called."""
+Members are recognised by the names of their variables, whatever the members themselves are called.
+"""
 
 from __future__ import annotations
 

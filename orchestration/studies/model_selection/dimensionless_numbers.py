@@ -8,7 +8,8 @@ L length, A area, EI bending stiffness, h heat transfer, k conductivity of the b
     gravity       rho A g L^3/EI                 2.8 bends a soft rod far; 7.84 buckles an upright one
     tip           F L^2/EI + M L/EI
     residual      |sin(x)/x|, x = w1 tau/2       vibration that a load which grows for tau leaves behind, share of its
-                                                 deflection (undamped); below its envelope min(1, 1/x)"""
+                                                 deflection (undamped); below its envelope min(1, 1/x)
+"""
 
 from __future__ import annotations
 
@@ -74,8 +75,10 @@ class DimensionlessNumbers:
 
 
 def residual_vibration(w: float, tau: float) -> float:
-    """Amplitude of the undamped vibration of frequency w [rad/s] after a ramp of length tau [s], share of the static
-    deflection."""
+    """Amplitude of the undamped vibration of frequency w [rad/s] after a ramp of length tau [s].
+
+    It is a share of the static deflection.
+    """
     x = 0.5 * w * tau
     return abs(math.sin(x) / x) if x else 1.0
 
@@ -83,7 +86,8 @@ def residual_vibration(w: float, tau: float) -> float:
 def residual_envelope(w: float, tau: float) -> float:
     """Least upper bound of residual_vibration() over all ramps of at least tau [s].
 
-    A real ramp does not hit a zero of the sine exactly."""
+    A real ramp does not hit a zero of the sine exactly.
+    """
     x = 0.5 * w * tau
     return min(1.0, 1.0 / x) if x else 1.0
 

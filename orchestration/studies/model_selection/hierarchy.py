@@ -1,6 +1,7 @@
 """What can be chosen, as data: hierarchies of models, each with its levels from the coarsest to the finest.
 
-A choice is one level in each hierarchy."""
+A choice is one level in each hierarchy.
+"""
 
 from __future__ import annotations
 
@@ -129,7 +130,8 @@ def choice_settings(scene: Scene, choice: Choice) -> dict[str, Value]:
     """The settings that a choice makes, by the keys of a scene file and FROZEN, which no file can set.
 
     Enumerations are given by name, the macro step in s. Hierarchies that are missing in the choice stay as the scene
-    has them."""
+    has them.
+    """
     settings: dict[str, Value] = {}
     for hierarchy in (h for h in model_hierarchies(scene) if h.name in choice):
         member = scene.model(hierarchy.model) if hierarchy.model else None
@@ -145,7 +147,8 @@ def choice_settings(scene: Scene, choice: Choice) -> dict[str, Value]:
 def apply_choice(scene: Scene, choice: Choice) -> Scene:
     """The scene with that choice: loops closed inside the rod, macro steps of constant length.
 
-    Its FMUs stay unpacked until the process ends."""
+    Its FMUs stay unpacked until the process ends.
+    """
     settings = choice_settings(scene, choice)
     members = tuple(
         _with_settings(m, {k.removeprefix(f"{m.name}."): v for k, v in settings.items() if k.startswith(f"{m.name}.")})

@@ -1,6 +1,7 @@
 """Symmetry plane of a scene: a plane through the rod's axis in which TCAs, heating and loads mirror.
 
-A rod that starts straight, or at equilibrium in that plane, stays in it."""
+A rod that starts straight, or at equilibrium in that plane, stays in it.
+"""
 
 from __future__ import annotations
 

@@ -1,7 +1,8 @@
 """Stability maps of a scene: macro step against the stiffness ratio k_tca/(EA/L), each cell a run of its FMUs.
 
 The TCAs take the measured law, whose stiffness is one parameter. A rod with inertia takes one backward Euler step per
-macro step, so that the map shows the coupling and not the integrator, and theory is exact."""
+macro step, so that the map shows the coupling and not the integrator, and theory is exact.
+"""
 
 from __future__ import annotations
 
@@ -40,7 +41,8 @@ DEFAULTS = ("rod.closure=exchanged", "rod.method=backward_euler")
 def rod_study(source: str, overrides: Sequence[str] = (), points: int = 12) -> StabilityStudy:
     """The map of a scene with that many points along each axis.
 
-    Raises SceneError where theory does not cover its rod."""
+    Raises SceneError where theory does not cover its rod.
+    """
     scene = read(source, [*DEFAULTS, *overrides])
     body = beam_of(scene)
     panels = tuple(

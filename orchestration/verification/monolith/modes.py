@@ -5,7 +5,8 @@ An eigenvalue w of it with an imaginary part is a mode of frequency |w|/(2 pi) a
 
 A quasi-static rod is linearised as a dynamic one about the equilibrium that it has reached: its strains are handed
 over. The distance of every member to its equilibrium is estimated by one Newton step -A^-1 x', since the modes of a
-state that moves hold only for motions that are short against that movement."""
+state that moves hold only for motions that are short against that movement.
+"""
 
 from __future__ import annotations
 
