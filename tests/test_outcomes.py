@@ -90,6 +90,16 @@ def test_a_new_scene_runs(here: Path) -> None:
     assert isinstance(tca.run(scene, {"stop_time": 0.2}), xr.Dataset)
 
 
+def test_a_new_sweep_runs_in_the_units_that_people_use(here: Path) -> None:
+    assert call("new", "sweep.toml", "--sweep", "there.toml").exit_code == 2
+    assert call("new", "sweep.toml", "--sweep", "good.toml").exit_code == 0
+    done = call("sweep", "sweep.toml", "--runs", "4", "--workers", "0")
+    assert done.exit_code == 0, done.output
+    assert "4 runs, 0 finished before, 4 now" in done.stdout
+    assert "rod.tip.p[1] [mm]" in done.stdout
+    assert "thermal.T[3] [°C]" in done.stdout
+
+
 def test_keys_are_explained(here: Path) -> None:
     assert call("explain", "coupling.method").stdout.splitlines()[0].startswith("coupling.method: ")
     shown = call("explain", "rod.closure").stdout

@@ -77,6 +77,8 @@ def command(
 
 def _summarise(dataset: xr.Dataset, outputs: tuple[list[str], list[str]]) -> None:
     """Print quantiles and the most influential parameter at the end, and failures."""
+    from ..plotting import display_unit
+
     shown, crowded = outputs
     last = dataset.isel(time=-1)
     count = dataset.sizes["quantile"]
@@ -88,9 +90,10 @@ def _summarise(dataset: xr.Dataset, outputs: tuple[list[str], list[str]]) -> Non
         for k, (column, rank) in enumerate(zip(quantiles.T, ranks.T, strict=True)):
             best = int(np.argmax(np.nan_to_num(np.abs(rank), nan=-1.0)))
             label = f"{name}[{k + 1}]" if quantiles.shape[1] > 1 else name
-            unit = dataset[name].attrs["units"]
+            unit = display_unit(dataset[name].attrs["units"])
             most = f"{rank[best]:+.2f} {dataset['parameter'].to_numpy()[best]}"
-            table.add_row(f"{label} [{unit}]", *(f"{column[q]:.5g}" for q in kept), most)
+            shown_values = unit.convert(column)
+            table.add_row(f"{label} [{unit.name}]", *(f"{shown_values[q]:.5g}" for q in kept), most)
     out.print(table)
     if crowded:
         out.print(f"not drawn, too many elements: {', '.join(crowded)}", highlight=False)

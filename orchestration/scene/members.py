@@ -88,8 +88,12 @@ def _grouped(layer: Layer, files: Mapping[str, str], keys: Sequence[str]) -> Lay
 def _member(name: str, archive: Archive, layers: Sequence[Layer]) -> Member:
     parameters: dict[str, Value] = {}
     signals: dict[str, Signal] = {}
-    for layer in layers:
-        for key, raw in flat(layer.raw.get(name, {})):
+    tables = [dict(flat(layer.raw.get(name, {}))) for layer in layers]
+    for k, (layer, table) in enumerate(zip(layers, tables, strict=True)):
+        for key, raw in table.items():
+            # A list for another number of TCAs, in the place of which a later layer, such as --set, has its own.
+            if any(key in later for later in tables[k + 1 :]) and _has_other_length(raw, archive.vectors.get(key, ())):
+                continue
             for full, element in _elements(layer, name, key, raw, archive):
                 variable, label = archive.variables[full], f"{name}.{full}"
                 parameters.pop(full, None)  # the last to be given is the last to be set
@@ -104,6 +108,11 @@ def _member(name: str, archive: Archive, layers: Sequence[Layer]) -> Member:
                 else:
                     layer.refuse(label, element, _not_settable(variable))
     return Member(name, archive, parameters, signals)
+
+
+def _has_other_length(raw: Any, elements: Sequence[str]) -> bool:
+    values = raw.get("columns") if isinstance(raw, Mapping) else raw
+    return isinstance(values, list) and len(values) != len(elements)
 
 
 def recording(members: tuple[Member, ...], given: tuple[Any, Layer] | None) -> tuple[Member, ...]:
