@@ -5,7 +5,9 @@ Report, animation, checks, reference solution and studies read it here, so that 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 
@@ -97,10 +99,11 @@ class RodParameters:
     @classmethod
     def of(cls, p: Parameters) -> RodParameters:
         """Read the parameters of a rod FMU."""
-        azimuth = p.reals("tca.azimuth")
+        count = len(p.reals("tca.azimuth"))
+        values = cache(lambda name: p.each(f"tca.{name}", count))  # read once for all TCAs
         return cls(
             segments=_segments(p),
-            tcas=tuple(_tca(p, i, len(azimuth)) for i in range(len(azimuth))),
+            tcas=tuple(_tca(p, i, values) for i in range(count)),
             tip_body=TipBody(p.real("tip_body.mass"), p.reals("tip_body.inertia"), p.reals("tip_body.centre")),
             profile=p.choice("body.profile"),
             contact=p.choice("tca.contact"),
@@ -189,9 +192,11 @@ def _segments(p: Parameters) -> tuple[SegmentParameters, ...]:
     )
 
 
-def _tca(p: Parameters, i: int, count: int) -> TcaParameters:
+def _tca(p: Parameters, i: int, values: Callable[[str], tuple[float, ...]]) -> TcaParameters:
+    """Return the parameters of one TCA; values: those of a parameter for all TCAs, by its name without 'tca.'."""
+
     def real(name: str) -> float:
-        return p.each(f"tca.{name}", count)[i]
+        return values(name)[i]
 
     return TcaParameters(
         azimuth=real("azimuth"),
