@@ -130,8 +130,8 @@ def test_every_variable_is_described_and_has_its_unit(path: Path):
         assert variable.description, variable.name
         if variable.type == "Real":
             assert units[variable.unit].baseUnit is not None, variable.name
-        if variable.unit == "K":
-            assert variable.displayUnit == "degC", variable.name
+        shown = {"K": "degC", "m": "mm", "rad": "deg"}.get(variable.unit)
+        assert variable.displayUnit == shown, variable.name
         if variable.type == "Enumeration":
             assert [item.value for item in variable.declaredType.items] == [
                 str(k + 1) for k in range(len(variable.declaredType.items))

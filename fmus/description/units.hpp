@@ -23,8 +23,9 @@ struct DisplayUnit {
   double factor;
   double offset;
 };
-inline constexpr std::array<DisplayUnit, 2> kDisplayUnits{{
+inline constexpr std::array<DisplayUnit, 3> kDisplayUnits{{
     {"K", "degC", 1.0, -273.15},
+    {"m", "mm", 1e3, 0.0},
     {"rad", "deg", 57.295779513082323, 0.0},
 }};
 
