@@ -138,6 +138,17 @@ def test_an_undamped_rod_is_not_balanced_and_the_remedy_works() -> None:
     balanced_truncation(linearise("step", 0.0, damped).select(["rod.tip_force"], ["rod.tip.p"]), 4)
 
 
+def test_an_integral_is_not_balanced_and_the_remedy_works() -> None:
+    """The dissipated energy grows and grows; without it a damped rod is reduced."""
+    model = linearise("drop", 0.5)
+    message = r"rod\.dissipation: an integral.*choose outputs \(--output\) without rod\.energy\.dissipated"
+    with pytest.raises(tca.SceneError, match=message):
+        balanced_truncation(model, 4)
+    outputs = [q.name for q in model.outputs if q.name != "rod.energy.dissipated"]
+    inputs = [q.name for q in model.inputs]
+    assert len(balanced_truncation(model.select(inputs, outputs), 4).A) == 4
+
+
 def test_files_say_the_same_in_every_kind(tmp_path: Path) -> None:
     control = pytest.importorskip("control")
     result = CliRunner().invoke(

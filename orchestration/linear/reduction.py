@@ -100,6 +100,14 @@ def _balance(model: LinearModel) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     poles = np.linalg.eigvals(model.A)
     if not len(poles):
         raise SceneError("the model has no states, so there is nothing to reduce")
+    integrators = np.flatnonzero(~np.any(model.A != 0.0, axis=0))
+    if integrators.size:
+        follow = np.any(model.C[:, integrators] != 0.0, axis=1)
+        outputs = ", ".join(q.name for q, follows in zip(model.outputs, follow, strict=True) if follows)
+        raise SceneError(
+            f"{', '.join(model.states[k].name for k in integrators)}: an integral, which never settles, so the model "
+            f"cannot be balanced; choose outputs (--output) without {outputs}"
+        )
     if poles.real.max() >= 0.0:
         raise SceneError(
             f"a pole at {poles.real.max():.3g} 1/s is not stable, so the model cannot be balanced; give the rod "
