@@ -5,7 +5,8 @@
 # make tidy     clang-tidy (bug patterns, data races, names) over the C++ models and the FMI runtime
 # make fmus     fmus/thermal.fmu and fmus/rod.fmu
 # make portable both with binaries for Windows as well, and in build/wheel/ a wheel with them, which needs no compiler
-# make charts   docs/figures/convergence.png, chart_SCENE_PANEL.png: how the models converge, what accuracy costs
+# make charts   figures of docs/figures that are measured: convergence, chart_SCENE_PANEL, chart_release (requires the extra
+#               peers), stability
 # make reference  docs/reference.md: every command, key and variable
 # make docs     build/site/index.html: the documentation; warnings are errors, no network at build or view time
 # make format   formats everything
@@ -37,6 +38,11 @@ charts: compiled
 	python tests/bench/charts.py $(BUILD) docs/figures/convergence.png
 	python docs/bodies.py
 	tca-cosim chart step drop tap --picture docs/figures --workers 2
+	tca-cosim chart release --picture docs/figures
+	tca-cosim stability step --set rod.dynamic=true --out $(BUILD)/figures
+	tca-cosim stability oscillators --out $(BUILD)/figures
+	cp $(BUILD)/figures/step.stability.png docs/figures/stability.png
+	cp $(BUILD)/figures/oscillators.stability.png docs/figures/stability_oscillators.png
 
 $(BUILD)/hosts/ready: .ci/hosts tests/hosts/pom.xml $(VENV)/tested
 	.ci/hosts $(BUILD)/hosts python
