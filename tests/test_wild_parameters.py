@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
-from wild_parameters import ROD, Fmu, campaign
+from pathlib import Path
+
+import pytest
+from wild_parameters import ROD, THERMAL, Fmu, campaign
 
 
-def test_no_answer_is_wrong_without_a_word() -> None:
-    counts, wrong = campaign(Fmu(ROD), 150, 0)
+@pytest.mark.parametrize(("path", "count"), [(ROD, 150), (THERMAL, 40)], ids=["rod", "thermal"])
+def test_no_answer_is_wrong_without_a_word(path: Path, count: int) -> None:
+    counts, wrong = campaign(Fmu(path), count, 0)
     assert wrong == []
     assert counts["refused"] > 0
     assert counts["complete"] + counts["complete, with a warning"] > 10

@@ -1,13 +1,16 @@
-"""Random parameters over the allowed ranges of the rod, with every method and closure; what completes without a word is
-audited by its balance of energy and by finer runs.
+"""Random parameters over the allowed ranges of the rod and of the heat model, with every method, closure and level.
 
-`python tests/wild_parameters.py COUNT [SEED]` runs a long campaign by hand and prints its table;
+What completes without a word is audited: the rod by its balance of energy and by finer runs, heat by its steady state,
+which is known, by the second law and by steps of another length.
+
+`python tests/wild_parameters.py COUNT [SEED [thermal]]` runs a long campaign by hand and prints its table;
 test_wild_parameters.py runs a sample."""
 
 from __future__ import annotations
 
 import math
 import random
+import re
 import sys
 import time
 from collections import Counter
@@ -22,6 +25,7 @@ from fmpy.fmi2 import FMU2Slave, fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
 
 WARNING, DISCARD = 1, 2
 ROD = Path(__file__).parents[1] / "fmus" / "rod.fmu"
+THERMAL = ROD.with_name("thermal.fmu")
 # Typical size of what starts at 0.
 SIZES = {"body.retardation": 1e-2, "body.curvature": 20.0, "tca.helix": 60.0}
 HANG = 60.0  # [s] of CPU time that no draw may take, some hundred times the typical one
@@ -114,9 +118,11 @@ class Fmu:
 def _is_drawn(name: str) -> bool:
     """Whether a parameter is drawn: those of the whole body, not of single segments and TCAs, which nearly always
     contradict each other at random."""
+    if re.fullmatch(r"tca\.(?!azimuth|helix|R\b).*\[\d+\]", name):
+        return False
     if name.startswith(("segment.", "tip_body.")) or name in ("tca.contact", "tca.ends", "tca.handedness"):
         return False
-    return "[" not in name or name.startswith(("body.", "tca.azimuth", "tca.helix"))
+    return "[" not in name or name.startswith(("body.", "tca.azimuth", "tca.helix", "tca.R"))
 
 
 def drawn(fmu: Fmu, chance: random.Random) -> Draw:
@@ -136,6 +142,10 @@ def drawn(fmu: Fmu, chance: random.Random) -> Draw:
             values[v.name] = 10.0 ** chance.uniform(-5.0, -1.0)
         elif chance.random() < share:
             values[v.name] = _real(v, chance, width)
+    if fmu.name == "thermal":
+        inputs = {f"V[{k}]": chance.choice((0.0, 10.0 ** chance.uniform(-2.0, 1.5))) for k in (1, 2, 3)}
+        inputs["T_ambient"] = chance.choice((298.15, values.get("T_0", 298.15), chance.uniform(250.0, 400.0)))
+        return Draw(values, inputs, 10.0 ** chance.uniform(-3.0, 4.0))
     inputs = {f"T[{k}]": 298.15 + chance.choice((0.0, 30.0, 200.0)) * chance.random() for k in (1, 2, 3)}
     weight = 10.0 ** chance.uniform(-4.0, -0.5)
     for k in (1, 2, 3):
@@ -191,6 +201,42 @@ def audit(fmu: Fmu, draw: Draw, run: Outcome) -> list[str]:
     return wrong
 
 
+def audit_heat(fmu: Fmu, draw: Draw, run: Outcome) -> list[str]:
+    """What is wrong: the second law, steps of half the length, the steady state."""
+    wrong = []
+    value = lambda name: draw.values.get(name, fmu.start(name))  # noqa: E731
+    ambient, T_0, tolerance = draw.inputs["T_ambient"], value("T_0"), value("tolerance")
+    last = run.rows[-1]
+    size = max(abs(row[f"T[{k}]"] - T_0) for row in run.rows for k in (1, 2, 3))
+    slack = tolerance * max(size, abs(ambient - T_0)) + last["reduction.bound"] + 1e-6
+    if min(last[f"T[{k}]"] for k in (1, 2, 3)) < min(T_0, ambient) - slack:
+        wrong.append("a TCA is colder than everything around it ever was")
+    if last["T_max"] < max(last[f"T[{k}]"] for k in (1, 2, 3)) - slack:
+        wrong.append("T_max is below a TCA's mean")
+    if value("convection") != 1:
+        return wrong
+    halved = fmu.run(draw, 2 * STEPS, draw.h / 2)
+    if halved.end == "complete":
+        off = max(abs(halved.rows[-1][f"T[{k}]"] - last[f"T[{k}]"]) for k in (1, 2, 3))
+        if off > slack:
+            wrong.append(f"steps of half the length: {off:.2g} K apart")
+    if any(value(f"tca.{name}") for name in ("alpha_T", "beta")):
+        return wrong
+    film = 2.0 * math.pi * value("body.radius") * value("body.length") * value("h")
+    slowest = (
+        value("body.radius")
+        * max(value("body.rho_c"), value("tca.rho_c"))
+        * (1.0 / value("h") + value("body.radius") / min(value("body.k"), value("tca.k")))
+    )
+    steady = fmu.run(draw, 1, min(1e3 * slowest, 1e30))
+    if steady.end == "complete":
+        power = sum(steady.rows[-1][f"P[{k}]"] for k in (1, 2, 3))
+        exact = ambient + power / film
+        if abs(steady.rows[-1]["T_surface"] - exact) > 1e-6 * abs(exact - T_0) + 1e-7:
+            wrong.append(f"the surface ends at {steady.rows[-1]['T_surface']:.8g} K instead of {exact:.8g} K")
+    return wrong
+
+
 def campaign(fmu: Fmu, count: int, seed: int) -> tuple[Counter[str], list[str]]:
     """Counts by outcome, and what is wrong without a word, by the seed of its draw."""
     counts: Counter[str] = Counter()
@@ -207,13 +253,14 @@ def campaign(fmu: Fmu, count: int, seed: int) -> tuple[Counter[str], list[str]]:
             problems.append(f"{run.end} without a message")
         if run.end == "complete" and not run.said and number % AUDITED == 0:
             counts["complete and audited"] += 1
-            problems += audit(fmu, draw, run)
+            problems += (audit_heat if fmu.name == "thermal" else audit)(fmu, draw, run)
         wrong += [f"{number}: {problem}" for problem in problems[:2]]
     return counts, wrong
 
 
 if __name__ == "__main__":
-    totals, found = campaign(Fmu(ROD), int(sys.argv[1]), int((sys.argv[2:] or [0])[0]))
+    path = THERMAL if "thermal" in sys.argv else ROD
+    totals, found = campaign(Fmu(path), int(sys.argv[1]), int((sys.argv[2:] or [0])[0]))
     for what, often in sorted(totals.items()):
         print(f"{often:8} {what}")
     print(f"{len(found):8} wrong without a word", *found, sep="\n  ")
