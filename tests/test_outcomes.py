@@ -106,3 +106,15 @@ def test_keys_are_explained(here: Path) -> None:
     assert "allowed: inside, exchanged" in shown
     assert "unit K" in call("explain", "T_0").stdout
     assert call("explain", "stop_time").stdout.startswith("stop_time: [s]")
+
+
+def test_a_loop_that_no_method_bears_is_not_told_to_use_its_own_method(here: Path) -> None:
+    """100 V heat a TCA by hundreds of kelvin within a step."""
+    done = call("run", "step", "--set", "thermal.V=[100, 0, 0]", "--set", "stop_time=1")
+    said = " ".join(done.stderr.split())
+    assert done.exit_code == 2
+    assert "coupling.method = 'iqn' needs" in said
+    assert "reduce the inputs" in said
+    assert "use coupling.method" not in said
+    cooler = call("run", "step", "--set", "thermal.V=[3, 0, 0]", "--set", "stop_time=1")
+    assert cooler.exit_code == 0

@@ -95,7 +95,7 @@ def _solve(
     outcome = solve(sweep_from, first, interface.scale, create("iqn"), history, settings.tolerance, settings.max_sweeps)
     if not outcome.converged:
         cause = "the outputs of the loop at one instant do not converge"
-        raise give_up(time, 0.0, StepError(cause, outcome.residuals, history.secants.gain))
+        raise give_up(time, 0.0, StepError(cause, outcome.residuals, history.secants.gain), "iqn")
 
 
 def _set_tangent(node: Node, link: Link, sample: Sample) -> None:

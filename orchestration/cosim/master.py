@@ -301,4 +301,6 @@ class Master:
             residuals, gain = (
                 (failure.residuals, failure.gain) if isinstance(failure, StepError) else ((), float("nan"))
             )
-            raise give_up(time, length, StepError(cause, residuals, gain, remedy=remedy)) from failure
+            raise give_up(
+                time, length, StepError(cause, residuals, gain, remedy=remedy), self.settings.method
+            ) from failure

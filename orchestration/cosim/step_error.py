@@ -46,10 +46,18 @@ class StepError(Exception):
         self.termination, self.log = termination, log
 
 
-def give_up(time: float, step: float, failure: StepError) -> CouplingError:
-    """Return the error that ends a run at `time` [s], after a `step` [s], with the remedy that the gain suggests."""
+ANY_GAIN = ("iqn", "broyden", "newton", "tangent")  # methods that a gain above 1 alone does not defeat
+
+
+def give_up(time: float, step: float, failure: StepError, method: str) -> CouplingError:
+    """Return the error that ends a run at `time` [s], after a `step` [s], with the remedy for its gain and method."""
     gain = failure.gain
-    if gain >= 1.0:
+    if gain >= 1.0 and method in ANY_GAIN:
+        remedy = (
+            f"coupling.method = {method!r} needs a response of the loop that changes little within a step: reduce the "
+            "inputs and loads, make coupling.macro_step smaller, or let one FMU close the loop itself"
+        )
+    elif gain >= 1.0:
         remedy = (
             "Plain iteration multiplies the error by the gain in each sweep: use coupling.method = 'iqn', 'newton' or "
             f"'broyden', 'relaxed' with omega below {2.0 / (1.0 + gain):.2g}, or let one FMU close the loop itself"
@@ -57,7 +65,8 @@ def give_up(time: float, step: float, failure: StepError) -> CouplingError:
     elif failure.remedy:
         remedy = failure.remedy
     elif failure.residuals:
-        remedy = "Raise coupling.max_sweeps, coupling.reach or coupling.tolerance, or use coupling.method = 'iqn'"
+        remedy = "Raise coupling.max_sweeps, coupling.reach or coupling.tolerance"
+        remedy += "" if method in ANY_GAIN else ", or use coupling.method = 'iqn'"
     else:
         remedy = "Follow what the subsystem says, or make coupling.macro_step smaller"
     return CouplingError(time, step, len(failure.residuals), failure.residuals, gain, failure.cause, remedy)

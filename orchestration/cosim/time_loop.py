@@ -101,7 +101,7 @@ def drive(
                     return
                 cap = _shorter(step, failure.reached, least)
                 if cap < least * (1.0 - TIME_RTOL):
-                    raise give_up(time, length, failure) from failure
+                    raise give_up(time, length, failure, master.settings.method) from failure
                 continue
             wish = result.next_length
             if result.steps:

@@ -170,7 +170,7 @@ def state_record(
         try:
             logs.append(master.advance(MacroStep(number * step, step, (number + 1) * step)))
         except StepError as failure:
-            raise give_up(number * step, step, failure) from failure
+            raise give_up(number * step, step, failure, master.settings.method) from failure
     return [log.record for log in logs], logs
 
 
