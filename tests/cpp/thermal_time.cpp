@@ -144,7 +144,7 @@ TEST_P(EveryLevel, HeatIsBalanced) {
       reached = at;
       const Observation seen = run.observe(drive);
       double power = 0.0;
-      for (double each : seen.power) power += each;
+      for (std::size_t i = 0; i < p.tca.count; ++i) power += seen.power[i];
       net += 0.5 * h * rule.weights[n] * (power - seen.loss);
       work += 0.5 * h * rule.weights[n] * power;
     }
