@@ -32,8 +32,8 @@ def read(source: Source, overrides: Overrides = ()) -> Scene:
     Parameters
     ----------
     source
-        Name of a scene of the package (titles()), a .toml or .ssp file, a table as a file holds one, or a scene that
-        is read already.
+        Name of a scene of the package (titles()), a .toml or .ssp file, a table as a file holds one, whose inputs may
+        be arrays, DataFrames and functions as those of overrides, or a scene that is read already.
     overrides
         Values that win over the scene, as {"thermal.V": [0, "2 V", 3], "rod.order": 2} or ["rod.order=2"]. Numbers are
         in the variable's own unit, texts carry one. An input may be a function of time [s], an array whose first
@@ -47,6 +47,10 @@ def read(source: Source, overrides: Overrides = ()) -> Scene:
     """
     if isinstance(overrides, str):
         raise SceneError(f"overrides {overrides!r}: one text; give a list, [{overrides!r}], or a table {{key: value}}")
+    if isinstance(source, Mapping):
+        source, functions = _parted(source)
+        if functions:
+            return read(read(source, overrides), {k: f for k, f in functions.items() if not _is_set(k, overrides)})
     if not isinstance(overrides, Mapping):
         return _applied(source, list(overrides))
     plain = {key: _plain(key, value) for key, value in overrides.items() if not callable(value)}
@@ -106,6 +110,27 @@ def _applied(source: Source, overrides: Overrides) -> Scene:
     if isinstance(source, Scene):
         return scenes.changed(source, overrides, origin=_ORIGIN) if overrides else source
     return scenes.read(source, overrides, origin=_ORIGIN)
+
+
+def _parted(table: Mapping[str, Any], prefix: str = "") -> tuple[dict[str, Any], dict[str, Callable[[float], Any]]]:
+    """Part a table that describes a scene into what TOML could hold, and functions of time by their dotted keys."""
+    plain: dict[str, Any] = {}
+    functions: dict[str, Callable[[float], Any]] = {}
+    for name, value in table.items():
+        key = f"{prefix}{name}"
+        if callable(value):
+            functions[key] = value
+        elif isinstance(value, Mapping):
+            plain[name], inner = _parted(value, f"{key}.")
+            functions |= inner
+        else:
+            plain[name] = _plain(key, value)
+    return plain, functions
+
+
+def _is_set(key: str, overrides: Overrides) -> bool:
+    names = overrides if isinstance(overrides, Mapping) else [text.partition("=")[0].strip() for text in overrides]
+    return any(name.partition("[")[0] == key for name in names)
 
 
 def _plain(key: str, value: Any) -> Any:

@@ -153,3 +153,11 @@ def test_the_package_is_typed(tmp_path: Path) -> None:
     ]
     done = subprocess.run([sys.executable, "-m", "mypy", *checked], cwd=tmp_path, capture_output=True, text=True)
     assert done.returncode == 0, done.stdout
+
+
+def test_a_table_of_a_whole_scene_takes_arrays_and_functions() -> None:
+    table = {"stop_time": 0.2, "thermal": {"V": np.array([0.0, 1.0, 2.0])}, "rod": {"dynamic": False}}
+    assert tca.run(table)["thermal.V"].values[-1] == pytest.approx([0.0, 1.0, 2.0])
+    moving = {**table, "thermal": {"V": lambda t: [t, 0.0, 5.0 * t]}}
+    assert tca.run(moving)["thermal.V"].values[-1] == pytest.approx([0.2, 0.0, 1.0])
+    assert tca.run(moving, {"thermal.V": [1, 1, 1]})["thermal.V"].values[-1] == pytest.approx([1.0, 1.0, 1.0])

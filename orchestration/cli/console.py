@@ -146,6 +146,7 @@ def _text(error: Exception) -> str:
         errno.EPERM: "change its permissions, or write to another folder with --out",
         errno.EROFS: "write to another folder with --out",
         errno.ENOENT: "check the path",
+        errno.EEXIST: "it is a file; give a folder",
         errno.ENOTDIR: "give a folder",
         errno.EISDIR: "give a file",
         errno.ENAMETOOLONG: "give a shorter name",
