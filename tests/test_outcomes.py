@@ -118,3 +118,11 @@ def test_a_loop_that_no_method_bears_is_not_told_to_use_its_own_method(here: Pat
     assert "use coupling.method" not in said
     cooler = call("run", "step", "--set", "thermal.V=[3, 0, 0]", "--set", "stop_time=1")
     assert cooler.exit_code == 0
+
+
+def test_temperatures_that_may_be_meant_in_celsius_are_doubted(here: Path) -> None:
+    said = " ".join(call("run", "good.toml", "--set", "thermal.T_ambient=25").stderr.split())
+    assert "warning: --set: thermal.T_ambient = 25: K, which is -248.15 degC; write '25 degC' if meant" in said
+    assert "warning" not in call("run", "good.toml", "--set", "thermal.T_ambient=25 degC").stderr
+    with pytest.warns(tca.SceneWarning, match=r"rod\.T_0 = 25: K, .* write '25 degC' if meant"):
+        tca.read("good.toml", {"rod.T_0": 25, "connections": []})

@@ -8,10 +8,12 @@ from __future__ import annotations
 import itertools
 import math
 import re
+import warnings
 from collections.abc import Iterator, Mapping
 from typing import Any
 
 from ..cosim.signals import Constant, Impulse, Ramps, Signal, Sine, Steps, pulses
+from ..errors import SceneWarning
 from ..fmi import units
 from ..fmi.archive import Variable, similar
 from .columns import column_signal
@@ -43,6 +45,8 @@ SIGNALS = ("steps", "ramps", "table", *SHAPES)
 SIGNAL_TYPES = (Constant, Steps, Ramps, Sine, Impulse)  # signals that Python hands over as they are
 _BARE_LIST = re.compile(r"\[[^\[\]]*\]")  # what --set leaves of a list that is not TOML
 _COMMA = re.compile(r"\s*[-+]?\d+,\d")
+COLD_SHARE = 0.5  # of the nominal temperature [1]: half of 300 K, where silicone is glass
+ZERO_CELSIUS = 273.15  # [K]
 MAX_PULSES = 100_000  # of a train: two events each, which a run steps to one by one
 
 
@@ -91,7 +95,19 @@ def number(layer: Layer, key: str, raw: Any, variable: Variable, difference: boo
         layer.refuse(key, raw, "not finite; give a finite number")
     if not difference:
         _in_range(layer, key, raw, value, variable)
+        if isinstance(raw, (int, float)):
+            _doubt_cold(layer, key, value, variable)
     return value
+
+
+def _doubt_cold(layer: Layer, key: str, value: float, variable: Variable) -> None:
+    """Warn of a number without a unit that is far too cold in kelvin: it may be meant in degrees Celsius."""
+    if variable.unit != "K" or variable.relative or not 0.0 <= value < COLD_SHARE * variable.nominal:
+        return
+    text = (
+        f"{layer.origin}: {key} = {value:g}: K, which is {value - ZERO_CELSIUS:g} degC; write '{value:g} degC' if meant"
+    )
+    warnings.warn(text, SceneWarning, stacklevel=2)
 
 
 def scalar(layer: Layer, key: str, raw: Any, variable: Variable) -> float | int | bool | str:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import math
+import textwrap
 
 import numpy as np
 import xarray as xr
@@ -22,6 +23,7 @@ from .verdict import KINDS
 
 __all__ = ["draw"]
 
+TITLE_WIDTH = 90  # characters of a line of the title
 COLUMNS = 2  # as wide as a page shows them readably
 MOST_SWEEPS = 200.0  # upper end of the colour scale; runs are stopped there
 
@@ -55,7 +57,7 @@ def draw(dataset: xr.Dataset) -> Figure:
             Line2D([], [], color="black", marker="o", markerfacecolor="white", linestyle="", label="known limit")
         )
     figure.legend(handles=keys, loc="outside lower center", ncols=len(keys), fontsize=9, frameon=False)
-    figure.suptitle(dataset.attrs["title"], fontsize=12)
+    figure.suptitle(textwrap.fill(dataset.attrs["title"], TITLE_WIDTH), fontsize=12)
     return figure
 
 
