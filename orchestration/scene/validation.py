@@ -45,7 +45,8 @@ SIGNALS = ("steps", "ramps", "table", *SHAPES)
 SIGNAL_TYPES = (Constant, Steps, Ramps, Sine, Impulse)  # signals that Python hands over as they are
 _BARE_LIST = re.compile(r"\[[^\[\]]*\]")  # what --set leaves of a list that is not TOML
 _COMMA = re.compile(r"\s*[-+]?\d+,\d")
-COLD_SHARE = 0.5  # of the nominal temperature [1]: half of 300 K, where silicone is glass
+COLD = 150.0  # [K] where silicone is glass
+LEAST_NOMINAL = 200.0  # [K] of variables that are temperatures; those of smaller nominal may be differences
 ZERO_CELSIUS = 273.15  # [K]
 MAX_PULSES = 100_000  # of a train: two events each, which a run steps to one by one
 
@@ -102,7 +103,7 @@ def number(layer: Layer, key: str, raw: Any, variable: Variable, difference: boo
 
 def _doubt_cold(layer: Layer, key: str, value: float, variable: Variable) -> None:
     """Warn of a number without a unit that is far too cold in kelvin: it may be meant in degrees Celsius."""
-    if variable.unit != "K" or variable.relative or not 0.0 <= value < COLD_SHARE * variable.nominal:
+    if variable.unit != "K" or variable.relative or variable.nominal < LEAST_NOMINAL or not 0.0 <= value < COLD:
         return
     text = (
         f"{layer.origin}: {key} = {value:g}: K, which is {value - ZERO_CELSIUS:g} degC; write '{value:g} degC' if meant"
