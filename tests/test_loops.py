@@ -117,7 +117,7 @@ AUTO = ["stop_time=0.2", "fidelity.level=auto", "fidelity.tolerance=1e-2"]
 def searches(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> list[str]:
     """Names of the scenes that are searched, from an empty cache on."""
     monkeypatch.setenv(cache.VARIABLE, str(tmp_path / "cache"))
-    monkeypatch.setattr(kept_choice, "_FOUND", {})
+    monkeypatch.setattr(kept_choice, "_CHOICES", {})
     found: list[str] = []
     propose = selection.propose_choice
     monkeypatch.setattr(selection, "propose_choice", lambda *how: (found.append("search"), propose(*how))[1])
@@ -128,7 +128,7 @@ def test_the_same_scene_is_searched_once(searches: list[str]) -> None:
     first = tca.run("load", AUTO)
     for _ in range(2):
         assert_same_data(tca.run("load", AUTO), first)
-    kept_choice._FOUND.clear()  # as in the next process
+    kept_choice._CHOICES.clear()  # as in the next process
     again = tca.run("load", AUTO)
     assert_same_data(again, first)
     assert searches == ["search"]
@@ -173,11 +173,11 @@ def test_other_code_and_damaged_files_are_searched_anew(
     tca.run("load", AUTO)
     (path,) = (tmp_path / "cache" / "choices").glob("*.json")
     for content in (b"", path.read_bytes()[:-5], b"no hash\n{}"):
-        kept_choice._FOUND.clear()
+        kept_choice._CHOICES.clear()
         path.write_bytes(content)
         tca.run("load", AUTO)
     cache.keep_bytes(f"choices/{path.name}", b'{"choice": {"order": 1}, "record": {}}')  # of other hierarchies
-    kept_choice._FOUND.clear()
+    kept_choice._CHOICES.clear()
     tca.run("load", AUTO)
     monkeypatch.setattr(kept_choice, "_code", lambda: ["later", ""])
     tca.run("load", AUTO)

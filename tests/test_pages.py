@@ -61,7 +61,9 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("pages")
     command = folder / "bin" / "tca-cosim"
     command.parent.mkdir()
-    command.write_text(f"#!{sys.executable}\nfrom tca_cosim.cli import app\n\napp()\n", encoding="utf-8")
+    # As pip writes it; the processes of a sweep import it too.
+    start = "from tca_cosim.cli import main\n\nif __name__ == '__main__':\n    main()\n"
+    command.write_text(f"#!{sys.executable}\n{start}", encoding="utf-8")
     command.chmod(0o755)
     return folder
 
