@@ -160,3 +160,26 @@ def test_payloads_are_drawn_where_they_are() -> None:
     with_ball, _ = animation.images(result, 2, (320, 180))
     without, _ = animation.images(tca.run("payload", {"stop_time": 2.0, "rod.tip_body.mass": 0}), 2, (320, 180))
     assert np.abs(with_ball.astype(int) - without).max() > 100
+
+
+@pytest.mark.parametrize(
+    ("source", "overrides", "expected"),
+    [
+        ("step", {}, []),
+        ("step", {"body.segments": 2}, []),
+        ("step", {"body.segments": 2, "rod.segment.E[2]": "2 MPa"}, ["segments that differ"]),
+        ("step", {"rod.segment.radius[1,2]": "4 mm"}, ["a radius that changes along the body"]),
+        ("step", {"rod.tca.offset_end[1]": "2 mm"}, ["a distance of a TCA from the centreline that changes"]),
+        ("step", {"rod.tca.pitch": "current"}, ["tca.pitch = 'current'"]),
+        ("step", {"rod.tca.contact": "bonded"}, ["tca.contact = 'bonded'"]),
+        ("step", {"rod.tca.ends": "tethered"}, ["tca.ends = 'tethered'"]),
+        ("step", {"rod.tip_body.mass": "1 g"}, ["a body at the tip"]),
+    ],
+)
+def test_what_makes_a_body_another_than_a_uniform_one(source: str, overrides: dict, expected: list[str]) -> None:
+    assert body(source, overrides).differences_from_uniform() == expected
+
+
+def test_the_radius_of_a_body_is_its_largest() -> None:
+    assert body("step", {"rod.segment.radius[1,2]": "4 mm"}).radius == 5e-3
+    assert body("step", {"rod.segment.radius[1,2]": "6 mm"}).radius == 6e-3

@@ -13,6 +13,7 @@ from tca_cosim.cosim.subsystem import Port
 from tca_cosim.cosim.topology import Connection
 from tca_cosim.fmi.archive import cached_archive
 from tca_cosim.scene import read
+from tca_cosim.scene.unit_conversion import Unit
 from tca_cosim.studies.stability.model_problems import linear
 
 KELVIN = '<Unit name="K"><BaseUnit K="1"/></Unit>'
@@ -225,3 +226,16 @@ def test_ports_of_wired_inputs_are_in_the_unit_of_their_source() -> None:
     assert (port.start, port.nominal, port.least, port.most) == (3.0, 2.0, -5.0, 5.0)
     seen = convert_inputs(inner, [Connection(("a", "x"), ("plant", "u"), -2.0, 10.0)])
     assert (seen.inputs[0].least, seen.inputs[0].most) == (-5.0, 5.0)
+
+
+def test_units_are_converted_unless_a_table_says_otherwise(tmp_path: Path) -> None:
+    source(tmp_path / "a.fmu", "degC", CELSIUS)
+    target(tmp_path / "b.fmu", "K", KELVIN)
+    for more, expected in (({}, 573.15), ({"convert": True}, 573.15), ({"convert": False}, 300.0)):
+        result = tca.run(scene(tmp_path, [{"from": "a.T", "to": "b.T", **more}], a="a.fmu", b="b.fmu"))
+        assert result["b.y"].to_numpy() == pytest.approx(expected)
+
+
+def test_a_unit_without_a_definition_is_not_the_unit_one() -> None:
+    assert Unit("1").exponents == {}
+    assert Unit("mol").exponents is None

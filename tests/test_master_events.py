@@ -180,3 +180,14 @@ def test_rates_are_guessed_where_they_are_unknowns_alone() -> None:
     guess = interface.unpack(np.array([4.0]), lambda _: sample, 0.1, 0.1)[node]
     assert (guess.values.tolist(), guess.rates) == ([4.0], None)
     assert interface.pack(lambda _: sample, 0.1).tolist() == [3.0]
+
+
+def test_a_provisional_nominal_of_the_right_size_is_kept() -> None:
+    system = linear("a", [0], [], [1], [], [0], "", "y")
+    system.outputs = (Port("y", "N", has_nominal=False),)
+    interface = InterfaceVector(
+        [TornOutputs(Node(system, (), (), np.zeros((4, 0))), np.array([0]), np.ones(1))], [False]
+    )
+    assert interface.adapt_provisionally(np.array([40.0]))
+    assert not interface.adapt(np.array([30.0]))
+    assert interface.scale == pytest.approx([40.0])

@@ -91,3 +91,14 @@ def test_columns_of_one_file_drive_the_elements_of_a_vector(tmp_path: Path) -> N
     ]
     one = tca.read(path, {"thermal.V[1]": {"file": str(tmp_path / "volts.csv"), "column": "V1", "hold": "linear"}})
     assert one.member("thermal").signals["V[1]"] == Ramps((0.0, 2.0), (0.0, 4.0))
+
+
+def test_amplitudes_may_be_negative_where_values_may_not() -> None:
+    sine = {"offset": "300 K", "amplitude": "-5 K", "period": "10 s"}
+    signal = tca.read("step", {"thermal.T_ambient": {"sine": sine}}).member("thermal").signals["T_ambient"]
+    assert signal.polynomial(2.5, 1.0)[0] == pytest.approx(295.0)
+
+
+def test_shapes_are_tables() -> None:
+    with pytest.raises(tca.SceneError, match=r"give sine as a table with offset, amplitude, period, phase"):
+        tca.read("step", {"thermal.V[1]": {"sine": 5}})
