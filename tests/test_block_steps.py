@@ -91,6 +91,7 @@ def test_blocks_give_what_the_master_gives(name: str, taken: list[int], monkeypa
     ],
     ids=["fails", "does not converge", "goes too far", "halves"],
 )
+@pytest.mark.slow
 def test_a_step_that_fails_is_the_masters(overrides: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> None:
     assert_same(run("step", overrides), by_the_master(monkeypatch, "step", overrides))
 

@@ -87,6 +87,7 @@ def test_saved_states_hold_the_creep() -> None:
         assert float(simulation["rod.creep[1]"]) == after
 
 
+@pytest.mark.slow
 def test_an_exported_fmu_creeps_alone_and_differentiates(tmp_path: Path) -> None:
     done = CliRunner().invoke(app, ["export", str(tmp_path), "--tcas", "1", "--creep", "--fmu", "rod"])
     assert done.exit_code == 0, done.output

@@ -178,6 +178,7 @@ def test_lengths_of_a_hanging_tca_give_the_measured_law(tmp_path: Path) -> None:
     assert rod.reals("tca.stop_width") == (6e-3,) * 3
 
 
+@pytest.mark.slow
 def test_what_lengths_alone_do_not_tell_of_the_stop_is_named() -> None:
     scene = tca.read(DATA / "hanging_tca.toml")
     data = read_measurements(scene, DATA / "hanging_tca_lengths.csv")
@@ -254,6 +255,7 @@ def test_bootstrap_intervals_are_those_of_the_linear_theory_where_it_holds(
         bootstrap([(scene, data)], estimate, 5)
 
 
+@pytest.mark.slow
 def test_bootstrap_by_dask_is_that_of_one_process(scene: Scene, exact: xr.Dataset) -> None:
     pytest.importorskip("distributed")
     data = measured(scene, exact, np.random.default_rng(6), {"thermal.T": 0.3})

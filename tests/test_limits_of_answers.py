@@ -70,6 +70,7 @@ def test_outputs_of_a_diverged_integration_are_discarded(name, heat, h, outputs,
     ("choice", "is_said"),
     [({"tolerance": 1e-2}, True), ({"tolerance": 1e-6}, False), ({"tolerance": 1e-2, "body.retardation": 5e-3}, False)],
 )
+@pytest.mark.slow
 def test_an_open_balance_of_energy_is_said(choice: dict[str, float], is_said: bool) -> None:
     with started("rod", {**UNDAMPED, **choice}) as fmu:
         for k in range(150):
@@ -88,6 +89,7 @@ def test_the_remedy_for_an_open_balance_is_right_and_the_warning_belongs_to_the_
             fmu.setFMUstate(early)
 
 
+@pytest.mark.slow
 def test_inputs_that_change_are_no_open_balance() -> None:
     with started("rod", UNDAMPED) as fmu:
         for k in range(60):

@@ -96,6 +96,7 @@ def test_two_open_simulations_do_not_share_instances() -> None:
         assert_same(simulation.run_to_end(one).to_xarray(), expected)
 
 
+@pytest.mark.slow
 def test_memory_does_not_grow_over_many_runs() -> None:
     scene = tca.read("step", ["stop_time=2", "rod.closure=inside", "coupling.macro_step=1", "rod.order=0"])
     sizes = []

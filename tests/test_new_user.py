@@ -30,6 +30,7 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path
 
 
+@pytest.mark.slow
 def test_one_scene_of_twenty_lines_is_enough(folder: Path) -> None:
     assert len((folder / "four.toml").read_text().strip().splitlines()) <= 20
     bare = {k: os.environ[k] for k in ("PYTHONPATH", "SYSTEMROOT") if k in os.environ}  # no PATH, so no compiler

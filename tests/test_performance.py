@@ -18,6 +18,7 @@ def test_the_page_says_where_it_was_measured(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["parts", "runs", "heat", "orders", "realtime"])
+@pytest.mark.slow
 def test_sections_have_full_rows(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sections, "SCENES", ("tap",))
     monkeypatch.setattr(sections, "ORDERS", (0, 3))

@@ -37,6 +37,7 @@ def circle(start: float, period: float, radius: float) -> Callable[[Scene], Targ
         {"thermal.tca.alpha_T": 1e-3, "thermal.tca.beta": 0.1},
     ],
 )
+@pytest.mark.slow
 def test_the_slow_circle_is_followed_by_the_full_models(overrides: dict[str, object]) -> None:
     made = plan("step", circle(20.0, 60.0, 8e-3), PlanLimits(5.0, 373.15, 373.15), 1.0, overrides)
     assert made.converged
@@ -128,6 +129,7 @@ def arc(ca, T):  # type: ignore[no-untyped-def]
 
 
 @pytest.mark.parametrize("rate", [0.1, 0.5])
+@pytest.mark.slow
 def test_rates_of_voltages_are_kept(rate: float) -> None:
     made = plan("step", circle(10.0, 20.0, 5e-3), PlanLimits(voltage_rate=rate), 0.5)
     changes = np.diff(np.vstack([np.zeros(3), made.voltages]), axis=0)

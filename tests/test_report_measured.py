@@ -26,6 +26,7 @@ def samples_of(result: xr.Dataset, folder: Path) -> Path:
     return file
 
 
+@pytest.mark.slow
 def test_measured_samples_are_shown_beside_the_curves(step_result: xr.Dataset, tmp_path: Path) -> None:
     measured = read_measured(samples_of(step_result, tmp_path), step_result)
     found = {one.name: one for one in measured.deviations(step_result)}
@@ -66,6 +67,7 @@ def test_samples_that_do_not_fit_are_refused(step_result: xr.Dataset, content: s
         read_measured(file, step_result)
 
 
+@pytest.mark.slow
 def test_the_command_shows_samples(step_result: xr.Dataset, tmp_path: Path) -> None:
     results.write(step_result, tmp_path / "step.nc")
     arguments = ["report", "--from", str(tmp_path / "step.nc"), "--out", str(tmp_path), "--measured"]

@@ -33,6 +33,7 @@ def states(path: Path) -> list[str]:
 
 
 @pytest.mark.parametrize("count", [1, 2, 3, 4, 6, 12])
+@pytest.mark.slow
 def test_every_size_validates_and_runs_in_a_foreign_host(count: int, tmp_path: Path) -> None:
     assert exported(tmp_path, "--tcas", count, "--fmu", "thermal").startswith("0:")
     path = tmp_path / "thermal.fmu"

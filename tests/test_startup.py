@@ -67,6 +67,7 @@ def test_a_run_loads_what_it_writes_with(tmp_path: Path) -> None:
     assert sorted(file.name for file in tmp_path.iterdir()) == ["step.csv", "step.nc"]
 
 
+@pytest.mark.slow
 def test_a_plan_loads_no_xarray(tmp_path: Path) -> None:
     """What xarray looks for when it makes a Dataset (pandas, dask, pint) takes longer to load than the plan to find."""
     pytest.importorskip("piqp")
@@ -291,6 +292,7 @@ def _extract(path: str) -> str:
     return f"{folder} {library.stat().st_size} {archive.guid}"
 
 
+@pytest.mark.slow
 def test_processes_that_start_at_once_share_one_folder(kept: Path) -> None:
     with multiprocessing.get_context("spawn").Pool(4) as pool:
         found = set(pool.map(_extract, [str(find_fmu("rod.fmu"))] * 8, chunksize=1))
