@@ -84,7 +84,7 @@ def test_predictive_control_follows_a_circle_with_a_wrong_plant(wrong: dict[str,
 @pytest.mark.slow
 @pytest.mark.parametrize("limits", [PlanLimits(5.0, 368.15, 323.15), PlanLimits(5.0, 323.15, 368.15)])
 def test_predictive_control_keeps_limits_that_act(limits: PlanLimits) -> None:
-    """Of the hottest points, of the mean temperatures; both make the circle smaller."""
+    """One case limits the mean temperatures, one the hottest points; either limit makes the circle smaller."""
     wrong = {"thermal.tca.R": 5.52, "thermal.h": 16.0, "rod.body.E": 45.36e3}
     rms, mean, hottest = controlled(wrong, limits, 350)
     assert mean < limits.temperature + 1.0

@@ -7,7 +7,7 @@ namespace engine {
 
 namespace {
 
-// Of acceleration/__init__.py and acceleration/history.py.
+// The values of orchestration/cosim/acceleration (__init__.py, history.py): both must give the same bits.
 constexpr double blind_share = 1e-3, noise_share = 0.01, max_blind_step = 0.02;
 
 }  // namespace
