@@ -67,6 +67,33 @@ SLOW = {
 }
 
 
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Adds --numbers."""
+    parser.addoption("--numbers", action="store_true", help="print the numbers that tests compare with a bar")
+
+
+@pytest.fixture
+def at_most(record_property: Callable[[str, object], None]) -> Callable[[str, float, float], None]:
+    """Asserts that a number does not pass its bar, and records both, which --numbers prints."""
+
+    def check(what: str, value: float, bar: float) -> None:
+        record_property(what, (float(value), bar))
+        assert value <= bar, f"{what}: {value:.4g}, at most {bar:g}"
+
+    return check
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: pytest.Config) -> None:
+    """Prints the recorded numbers beside their bars."""
+    if not config.getoption("--numbers"):
+        return
+    terminalreporter.section("numbers")
+    for outcome in ("passed", "failed"):
+        for report in terminalreporter.getreports(outcome):
+            for what, (value, bar) in report.user_properties if report.when == "call" else ():
+                terminalreporter.line(f"{value:11.4g}  at most {bar:<8g} {what}  [{report.nodeid}]")
+
+
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Marks the tests of these modules."""
     for item in items:

@@ -60,7 +60,7 @@ def operating_point(dae: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 @pytest.mark.parametrize("name", ["thermal", "rod"])
 @pytest.mark.parametrize("known", ["x", "u", "p"])
-def test_jacobians_are_those_of_differences(name: str, known: str, tmp_path: Path) -> None:
+def test_jacobians_are_those_of_differences(name: str, known: str, tmp_path: Path, at_most) -> None:
     dae = load(name, tmp_path)
     point = dict(zip("xup", operating_point(dae), strict=True))
     f = dae.create("f", ["x", "u", "p"], ["ode", "y"])
@@ -81,10 +81,11 @@ def test_jacobians_are_those_of_differences(name: str, known: str, tmp_path: Pat
         scale = np.abs(jacobian * weight).max(axis=1)
         error = np.abs((jacobian - expected) * weight).max(axis=1)
         assert (error[scale == 0.0] == 0.0).all()
-        assert (error[scale > 0.0] / scale[scale > 0.0]).max() < 1e-8
+        relative = error[scale > 0.0] / scale[scale > 0.0]
+        at_most(f"{name}: derivatives of {('states', 'outputs')[k]} by {known}, relative error", relative.max(), 1e-8)
 
 
-def test_the_static_inverse_is_solved(tmp_path: Path) -> None:
+def test_the_static_inverse_is_solved(tmp_path: Path, at_most) -> None:
     """Which temperatures from 25 to 100 degC bring the tip to (-12, 10) mm with the least heating?"""
     dae = load("rod", tmp_path)
     dae.set("order", 0.0)  # exact without loads: the strains are constant along the rod
@@ -111,4 +112,6 @@ def test_the_static_inverse_is_solved(tmp_path: Path) -> None:
         ubg=0.0,
     )
     assert solver.stats()["return_status"] == "Solve_Succeeded"
-    np.testing.assert_allclose(np.array(found["x"]).ravel()[:3] - 273.15, [51.8466, 25.0, 42.3356], atol=1e-3)
+    degrees = np.array(found["x"]).ravel()[:3] - 273.15
+    for value, expected in zip(degrees, [51.8466, 25.0, 42.3356], strict=True):
+        at_most(f"temperature {value:.4f} degC, error [K]", abs(value - expected), 1e-3)

@@ -38,17 +38,17 @@ def circle(start: float, period: float, radius: float) -> Callable[[Scene], Targ
     ],
 )
 @pytest.mark.slow
-def test_the_slow_circle_is_followed_by_the_full_models(overrides: dict[str, object]) -> None:
+def test_the_slow_circle_is_followed_by_the_full_models(overrides: dict[str, object], at_most) -> None:
     made = plan("step", circle(20.0, 60.0, 8e-3), PlanLimits(5.0, 373.15, 373.15), 1.0, overrides)
     assert made.converged
-    assert made.rms < 0.1e-3
+    at_most("error of the path [m rms]", made.rms, 0.1e-3)
     assert 0.0 <= made.voltages.min() <= made.voltages.max() <= 5.0
-    assert float(made.result["thermal.T_max"].max()) <= 373.15 + 0.01
+    at_most("hottest point [K]", float(made.result["thermal.T_max"].max()), 373.15 + 0.01)
     assert made.active == ()
     assert made.result.attrs["status"] == "complete"
 
 
-def test_the_gradient_by_all_voltages_is_exact() -> None:
+def test_the_gradient_by_all_voltages_is_exact(at_most) -> None:
     scene = tca.read("step", {"rod.gravity": [2.0, 0.0, -9.0], "rod.order": 2})
     with HeatModel(scene) as heat, StaticRod(scene, ("tip.p[1]", "tip.p[2]", *DISPLACEMENTS)) as rod:
         times = 0.5 * np.arange(1, 31)
@@ -68,11 +68,12 @@ def test_the_gradient_by_all_voltages_is_exact() -> None:
             d, h = random.standard_normal(voltages.shape), 1e-3
             near = cost(voltages + h * d) - cost(voltages - h * d)
             far = cost(voltages + 2.0 * h * d) - cost(voltages - 2.0 * h * d)
-            assert (8.0 * near - far) / (12.0 * h) == pytest.approx((gradient * d).sum(), rel=1e-6)
+            exact = (gradient * d).sum()
+            at_most("gradient, relative error", abs((8.0 * near - far) / (12.0 * h) / exact - 1.0), 1e-6)
 
 
 @pytest.mark.slow
-def test_an_infeasible_path_is_approximated_as_well_as_by_collocation() -> None:
+def test_an_infeasible_path_is_approximated_as_well_as_by_collocation(at_most) -> None:
     """The same problem in all modes and strains at once, by Radau collocation and IPOPT with exact Hessians."""
     ca = pytest.importorskip("casadi")
     limits = PlanLimits(voltage=4.0, temperature=333.15, hottest=1000.0)
@@ -113,7 +114,7 @@ def test_an_infeasible_path_is_approximated_as_well_as_by_collocation() -> None:
         options = {"print_level": 0, "sb": "yes", "tol": 1e-6, "max_iter": 100}
         opti.solver("ipopt", {"print_time": False, "expand": True}, options)
         theirs = float(opti.solve().value(objective))
-    assert ours.cost == pytest.approx(theirs, rel=1e-2)
+    at_most("cost beside collocation, relative difference", abs(ours.cost / theirs - 1.0), 1e-2)
 
 
 def arc(ca, T):  # type: ignore[no-untyped-def]

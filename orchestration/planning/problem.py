@@ -220,7 +220,7 @@ class PathProblem:
         return slowed
 
     def _linear(self, temperatures: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        values, tangents = self.rod.linear(temperatures, self.times)
+        values, tangents = self.rod.linear(temperatures, self.times, self.weights > 0.0)
         p = self.path.shape[1]
         self._displacements = values[:, p:]
         return values[:, :p], tangents[:, :p]

@@ -88,16 +88,24 @@ class StaticRod:
         """
         return np.array([self._settle(T, None if times is None else times[k]) for k, T in enumerate(temperatures)])
 
-    def linear(self, temperatures: np.ndarray, times: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
-        """Return the outputs (K, p) and their derivatives (K, p, N) [per K] at temperatures (K, N) [K]."""
-        values, tangents = [], []
+    def linear(
+        self, temperatures: np.ndarray, times: np.ndarray | None = None, wanted: np.ndarray | None = None
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return the outputs (K, p) and their derivatives (K, p, N) [per K] at temperatures (K, N) [K].
+
+        The derivatives are 0 where they are not wanted (K,); without `wanted` all are.
+        """
+        values = np.zeros((len(temperatures), len(self.names)))
+        tangents = np.zeros((*values.shape, self._count))
         for k, T in enumerate(temperatures):
-            values.append(self._settle(T, None if times is None else times[k]))
+            values[k] = self._settle(T, None if times is None else times[k])
+            if wanted is not None and not wanted[k]:
+                continue
             tangent = self._slave.tangent(self._columns)
             if tangent is None:
                 raise SubsystemError(f"{self.member}: the FMU has no directional derivatives; export it with them")
-            tangents.append(tangent)
-        return np.array(values), np.array(tangents)
+            tangents[k] = tangent
+        return values, tangents
 
     def _settle(self, temperatures: np.ndarray, time: float | None) -> np.ndarray:
         self._inputs[0, : self._count] = temperatures
