@@ -42,6 +42,7 @@ class ModalLevel final : public HeatLevel {
 
  private:
   static constexpr int kPoints = kPowerTerms;
+  static constexpr int kMostHalvings = 24;  // of a step with feedback
   // Inputs of the linear problem: the power of each TCA [W], then the rise of the surroundings [K].
   static constexpr bool kIsFixed = tcas != Eigen::Dynamic;
   static constexpr int kMostTcas = kIsFixed ? tcas : static_cast<int>(kMaxTcas), kMostChannels = kMostTcas + 1;
