@@ -12,9 +12,10 @@ import pytest
 import tca_cosim as tca
 from scipy.spatial.transform import Rotation
 from tca_cosim import results
+from tca_cosim.scene.manipulator import Geometry, ThermalParameters
 from tca_cosim.verification import reference
 from tca_cosim.verification.reference.dynamics import DynamicRod
-from tca_cosim.verification.reference.heat import HeatData, heat
+from tca_cosim.verification.reference.heat import heat
 from tca_cosim.verification.reference.radau import NODES, LinearRadau
 from tca_cosim.verification.reference.rod import Loads, RodData, WireLaw
 from tca_cosim.verification.reference.section import Section, triangulate
@@ -30,9 +31,21 @@ def table(name: str) -> np.ndarray:
     return np.genfromtxt(lines, delimiter=",", names=True, dtype=None, encoding=None)
 
 
-def heat_data(alpha: float = 0.0) -> HeatData:
-    return HeatData(
-        SECTION, 0.04, 0.19, 0.669e6, (0.19,) * 3, (0.969e6,) * 3, 20.0, (6.9,) * 3, (alpha,) * 3, COLD, COLD
+def heat_data(alpha: float = 0.0) -> ThermalParameters:
+    return ThermalParameters(
+        geometry=Geometry(SECTION.radius, 0.04, SECTION.offset, SECTION.azimuth),
+        outer_radius=SECTION.outer_radius,
+        inner_radius=SECTION.inner_radius,
+        body_k=0.19,
+        body_rho_c=0.669e6,
+        tca_k=(0.19,) * 3,
+        tca_rho_c=(0.969e6,) * 3,
+        transfer=20.0,
+        resistance=(6.9,) * 3,
+        alpha=(alpha,) * 3,
+        beta=(0.0,) * 3,
+        T_ref=COLD,
+        T_0=COLD,
     )
 
 

@@ -14,6 +14,7 @@ from dask.distributed import LocalCluster
 from tca_cosim import SceneError, read, results
 from tca_cosim.files import save_figure
 from tca_cosim.parallel import spread
+from tca_cosim.scene.body import SegmentParameters
 from tca_cosim.studies.stability import KINDS, StabilityStudy, Verdict, chart, oscillators, rod, run_study
 from tca_cosim.studies.stability.theory import Beam, stability_limit
 
@@ -43,7 +44,8 @@ def test_inertia_lowers_the_gain_as_its_first_mode_does_for_long_steps() -> None
     """tanh(z)/z = 1 - z^2/3 + ...: 1/(1 + 1/(omega H)^2) with the frequency of equal compliance, omega^2 = 3 E/(rho
     L^2)."""
     body = beam(*MOVING)
-    omega = math.sqrt(3.0 * body.E / (body.rho * body.length**2))
+    segment = body.body
+    omega = math.sqrt(3.0 * segment.E / (segment.rho * segment.length**2))
     step = 10.0 / omega
     assert body.gain(step, body.stiffness) / 3.0 == pytest.approx(1.0 / (1.0 + 1.0 / (omega * step) ** 2), rel=1e-4)
 
@@ -51,10 +53,22 @@ def test_inertia_lowers_the_gain_as_its_first_mode_does_for_long_steps() -> None
 def test_a_beam_without_shear_bends_as_euler_and_bernoulli_say() -> None:
     """Rotation per moment at the end: (L/EI) (cosh b sin b + sinh b cos b)/(b (1 + cosh b cos b)), b^4 = -s^2 rho A
     L^4/EI."""
-    body = Beam(1e5, 0.5, 1000.0, 1e-3, 1.0, 1e6, 0.0, 0.0, (0.0,), True)
-    EI = body.E * math.pi * body.radius**4 / 4.0
+    segment = SegmentParameters(
+        length=1.0,
+        radius=1e-3,
+        radius_end=1e-3,
+        E=1e5,
+        nu=0.5,
+        rho=1000.0,
+        shear_factor=1e6,
+        retardation=0.0,
+        stiffness=(),
+        curvature=(0.0,) * 3,
+    )
+    body = Beam(segment, offset=0.0, azimuths=(0.0,), dynamic=True)
+    EI = segment.E * math.pi * segment.radius**4 / 4.0
     s = 0.05
-    b = complex(-(s**2) * body.rho * body.area * body.length**4 / EI) ** 0.25
+    b = complex(-(s**2) * segment.rho * body.area * segment.length**4 / EI) ** 0.25
     exact = (np.cosh(b) * np.sin(b) + np.sinh(b) * np.cos(b)) / (b * (1.0 + np.cosh(b) * np.cos(b))) / EI
     assert abs(b) > 1.0
     assert body._rotation(s) == pytest.approx(exact.real, rel=1e-4)

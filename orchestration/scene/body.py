@@ -6,14 +6,17 @@ Report, animation, checks, reference solution and studies read it here, so that 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cache
+from typing import Any, TypeVar
 
 import numpy as np
 
 from .manipulator import Parameters
 
 __all__ = ["RodParameters", "SegmentParameters", "TcaParameters", "TipBody"]
+
+_Record = TypeVar("_Record", "SegmentParameters", "TcaParameters")
 
 
 @dataclass(frozen=True)
@@ -144,28 +147,28 @@ class RodParameters:
 
     def differences_from_uniform(self) -> list[str]:
         """What makes the body another than one uniform segment with TCAs of the linear law over its whole length."""
-        found = []
+        differences = []
         if any(segment != replace(self.segments[0], length=segment.length) for segment in self.segments):
-            found.append("segments that differ")
+            differences.append("segments that differ")
         if any(segment.is_tapered for segment in self.segments):
-            found.append("a radius that changes along the body")
+            differences.append("a radius that changes along the body")
         if any((tca.first_segment, tca.last_segment) != (1, len(self.segments)) for tca in self.tcas):
-            found.append("TCAs along a part of the body")
+            differences.append("TCAs along a part of the body")
         if any(tca.offset != tca.offset_end for tca in self.tcas):
-            found.append("a distance of a TCA from the centreline that changes")
+            differences.append("a distance of a TCA from the centreline that changes")
         if any(tca.law == "wire" and tca.pitch == "current" for tca in self.tcas):
-            found.append("tca.pitch = 'current'")
+            differences.append("tca.pitch = 'current'")
         if any(
             tca.law == "measured" and (tca.stiffening or tca.stroke_curvature or tca.stop_stiffness)
             for tca in self.tcas
         ):
-            found.append("a measured law that is not linear")
+            differences.append("a measured law that is not linear")
         if any(tca.creep_compliance for tca in self.tcas):
-            found.append("a TCA that creeps")
-        found += [f"tca.contact = {self.contact!r}"] * (self.contact != "sliding")
-        found += [f"tca.ends = {self.ends!r}"] * (self.ends != "free")
-        found += ["a body at the tip"] * (self.tip_body.mass > 0.0)
-        return found
+            differences.append("a TCA that creeps")
+        differences += [f"tca.contact = {self.contact!r}"] * (self.contact != "sliding")
+        differences += [f"tca.ends = {self.ends!r}"] * (self.ends != "free")
+        differences += ["a body at the tip"] * (self.tip_body.mass > 0.0)
+        return differences
 
 
 def _segments(p: Parameters) -> tuple[SegmentParameters, ...]:
@@ -175,52 +178,35 @@ def _segments(p: Parameters) -> tuple[SegmentParameters, ...]:
     radii = np.reshape(p.reals("segment.radius"), (count, 2)).tolist()
     stiffness = np.reshape(p.reals(f"{owner}.stiffness"), (count, 6)).tolist()
     curvature = np.reshape(p.reals(f"{owner}.curvature"), (count, 3)).tolist()
-    return tuple(
-        SegmentParameters(
+
+    def segment(j: int) -> SegmentParameters:
+        return _record(
+            SegmentParameters,
+            lambda name: p.each(f"segment.{name}", count)[j],
             length=lengths[j],
             radius=radii[j][0],
             radius_end=radii[j][1],
-            E=p.each("segment.E", count)[j],
-            nu=p.each("segment.nu", count)[j],
-            rho=p.each("segment.rho", count)[j],
-            shear_factor=p.each("segment.shear_factor", count)[j],
-            retardation=p.each("segment.retardation", count)[j],
             stiffness=tuple(stiffness[j]),
             curvature=tuple(curvature[j]),
         )
-        for j in range(count)
-    )
+
+    return tuple(map(segment, range(count)))
 
 
 def _tca(p: Parameters, i: int, values: Callable[[str], tuple[float, ...]]) -> TcaParameters:
     """Return the parameters of one TCA; values: those of a parameter for all TCAs, by its name without 'tca.'."""
-
-    def real(name: str) -> float:
-        return values(name)[i]
-
-    return TcaParameters(
-        azimuth=real("azimuth"),
-        helix=real("helix"),
-        offset=real("offset"),
-        offset_end=real("offset_end"),
-        first_segment=int(real("first_segment")),
-        last_segment=int(real("last_segment")),
+    whole = {name: int(values(name)[i]) for name in ("first_segment", "last_segment", "chirality", "handedness")}
+    return _record(
+        TcaParameters,
+        lambda name: values(name)[i],
+        **whole,
         law=p.choice(f"tca.law[{i + 1}]"),
         pitch=p.choice(f"tca.pitch[{i + 1}]"),
-        chirality=int(real("chirality")),
-        handedness=int(real("handedness")),
-        wire_length=real("wire_length"),
-        wire_diameter=real("wire_diameter"),
-        coils=real("coils"),
-        twists=real("twists"),
-        E=real("E"),
-        expansion=real("rho_T"),
-        stiffness=real("stiffness"),
-        stiffening=real("stiffening"),
-        stroke=real("stroke"),
-        stroke_curvature=real("stroke_curvature"),
-        stop=real("stop"),
-        stop_width=real("stop_width"),
-        stop_stiffness=real("stop_stiffness"),
-        creep_compliance=real("creep_compliance") if p.has("tca.creep_compliance") else 0.0,
+        expansion=values("rho_T")[i],
+        creep_compliance=values("creep_compliance")[i] if p.has("tca.creep_compliance") else 0.0,
     )
+
+
+def _record(kind: type[_Record], real: Callable[[str], float], **known: Any) -> _Record:
+    """Make a record whose other fields are real parameters of the same name."""
+    return kind(**known, **{each.name: real(each.name) for each in fields(kind) if each.name not in known})  # type: ignore[arg-type]

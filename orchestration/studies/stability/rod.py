@@ -7,6 +7,7 @@ macro step, so that the map shows the coupling and not the integrator, and theor
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -120,15 +121,8 @@ def beam_of(scene: Scene) -> Beam:
         raise SceneError("rod.tca.offset: theory does not cover TCAs at different distances; give all the same")
     if found := p.differences_from_uniform():
         raise SceneError(f"{rod.name}: theory does not cover {', '.join(found)}; give one uniform body")
-    body = p.segments[0]
     return Beam(
-        E=body.E,
-        nu=body.nu,
-        rho=body.rho,
-        radius=body.radius,
-        length=p.length,
-        shear_factor=body.shear_factor,
-        retardation=body.retardation,
+        body=replace(p.segments[0], length=p.length),
         offset=p.tcas[0].offset,
         azimuths=p.azimuth,
         dynamic=bool(rod.value("dynamic")),

@@ -21,6 +21,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import expm
 
+from ...scene.body import SegmentParameters
+
 __all__ = ["LIMITS", "Beam", "stability_limit"]
 
 # Gain above which a method fails; for explicit coupling at half the macro step, where the extrapolation of an
@@ -36,13 +38,7 @@ LIMITS: Mapping[tuple[str, str], float] = {
 class Beam:
     """A round body with TCAs parallel to its axis; SI units."""
 
-    E: float  # [Pa]
-    nu: float
-    rho: float  # [kg/m3]
-    radius: float  # [m]
-    length: float  # [m]
-    shear_factor: float
-    retardation: float  # [s]
+    body: SegmentParameters  # its only segment; without stiffness and curvature
     offset: float  # [m] of the TCAs from the axis
     azimuths: tuple[float, ...]  # [rad] of the TCAs
     dynamic: bool
@@ -50,12 +46,12 @@ class Beam:
     @property
     def area(self) -> float:
         """Area of the cross-section [m2]."""
-        return math.pi * self.radius**2
+        return math.pi * self.body.radius**2
 
     @property
     def stiffness(self) -> float:
         """Axial stiffness EA/L of the body [N/m]."""
-        return self.E * self.area / self.length
+        return self.body.E * self.area / self.body.length
 
     def gain(self, step: float, stiffness: float) -> float:
         """Spectral radius of the error map of one sweep, for a macro step [s] and TCAs of that stiffness [N/m]."""
@@ -66,8 +62,8 @@ class Beam:
 
     def _stretch(self, s: float) -> float:
         """Axial compliance F(s) [m/N]; Kelvin-Voigt damping multiplies the stiffness by 1 + retardation s."""
-        soft = 1.0 / (1.0 + self.retardation * s)
-        z = s * self.length * math.sqrt(self.rho * soft / self.E)
+        soft = 1.0 / (1.0 + self.body.retardation * s)
+        z = s * self.body.length * math.sqrt(self.body.rho * soft / self.body.E)
         return soft / self.stiffness * (math.tanh(z) / z if z else 1.0)
 
     def _rotation(self, s: float) -> float:
@@ -76,15 +72,15 @@ class Beam:
         w' = theta + Q/(ks G A), theta' = M/(E I), M' = -Q + rho I s^2 theta, Q' = rho A s^2 w, clamped at 0, Q = 0 at
         L. Lengths are in units of L, so that the exponential is well scaled.
         """
-        stiffening = 1.0 + self.retardation * s
-        EI = self.E * stiffening * math.pi * self.radius**4 / 4.0
-        GA = self.shear_factor * self.E * stiffening * self.area / (2.0 * (1.0 + self.nu))
-        L = self.length
-        inertia = self.rho * self.area * s**2
+        stiffening = 1.0 + self.body.retardation * s
+        EI = self.body.E * stiffening * math.pi * self.body.radius**4 / 4.0
+        GA = self.body.shear_factor * self.body.E * stiffening * self.area / (2.0 * (1.0 + self.body.nu))
+        L = self.body.length
+        inertia = self.body.rho * self.area * s**2
         system = np.zeros((4, 4))  # of w/L, theta, M L/EI, Q L^2/EI
         system[0, 1], system[0, 3] = 1.0, EI / (GA * L**2)
         system[1, 2] = 1.0
-        system[2, 1], system[2, 3] = inertia * self.radius**2 / 4.0 * L**2 / EI, -1.0
+        system[2, 1], system[2, 3] = inertia * self.body.radius**2 / 4.0 * L**2 / EI, -1.0
         system[3, 0] = inertia * L**4 / EI
         end = expm(system)[:, 2:]  # the clamp leaves moment and shear force there unknown
         at_clamp = np.linalg.solve(end[2:], [L / EI, 0.0])

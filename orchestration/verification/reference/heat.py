@@ -19,29 +19,13 @@ from scipy.interpolate import CubicHermiteSpline
 from skfem import Basis, BilinearForm, ElementTriP2, FacetBasis, LinearForm
 from skfem.helpers import dot, grad
 
+from ...scene.manipulator import ThermalParameters
 from .radau import NODES, LinearRadau
 from .section import Section, triangulate
 
-__all__ = ["HeatCourse", "HeatData", "Matrices", "SmoothPiece", "heat"]
+__all__ = ["HeatCourse", "Matrices", "SmoothPiece", "heat"]
 
 _HALVINGS = 7  # the first step after a jump is 2^-7 of the regular one: it resolves the thin thermal layer
-
-
-@dataclass(frozen=True)
-class HeatData:
-    """Parameters of the heat model in SI units."""
-
-    section: Section
-    length: float
-    body_k: float  # W/(m.K)
-    body_rho_c: float  # J/(m3.K)
-    tca_k: tuple[float, ...]  # of each TCA
-    tca_rho_c: tuple[float, ...]
-    transfer: float  # h, W/(m2.K)
-    resistance: tuple[float, ...]  # R_ref,i of the whole TCA [ohm]
-    alpha: tuple[float, ...]  # alpha_T,i, 1/K
-    T_ref: float
-    T_0: float
 
 
 @dataclass(frozen=True)
@@ -104,9 +88,9 @@ class Matrices:
         Indices of the corners, (m, 3).
     """
 
-    def __init__(self, data: HeatData, edge: float) -> None:
-        mesh = triangulate(data.section, edge)
-        tcas = [mesh.subdomains[f"tca{i}"] for i in range(len(data.section.azimuth))]
+    def __init__(self, data: ThermalParameters, edge: float) -> None:
+        mesh = triangulate(Section.of(data), edge)
+        tcas = [mesh.subdomains[f"tca{i}"] for i in range(len(data.geometry.azimuth))]
         body = np.setdiff1d(np.arange(mesh.nelements), np.concatenate(tcas))
         element = ElementTriP2()
         inside = [
@@ -126,7 +110,7 @@ class Matrices:
 
 
 def heat(
-    data: HeatData,
+    data: ThermalParameters,
     voltage: Callable[[float, float, float], np.ndarray],
     ambient: Callable[[float, float, float], float],
     pieces: Sequence[np.ndarray],
@@ -170,7 +154,7 @@ def heat(
     return HeatCourse(times, means, powers, stored, loss, tuple(splines), T.size)
 
 
-def _advance(T, a, b, voltage, ambient, R, m: Matrices, integrate: LinearRadau, data: HeatData, shift):
+def _advance(T, a, b, voltage, ambient, R, m: Matrices, integrate: LinearRadau, data: ThermalParameters, shift):
     """Advance T from a to b: T at b, slopes of the means at the three stages, powers at b.
 
     The resistances depend on the temperatures at the stages, so the step is iterated until the powers agree.
@@ -182,7 +166,7 @@ def _advance(T, a, b, voltage, ambient, R, m: Matrices, integrate: LinearRadau, 
     means = np.tile(m.means @ T, (3, 1))
     while True:
         power = _power(volts, R, data, means, shifts)
-        load = power / data.length @ m.means + outside[:, None] * m.surface
+        load = power / data.geometry.length @ m.means + outside[:, None] * m.surface
         stages, slopes = integrate.step(T, b - a, load)
         means = stages @ m.means.T
         if np.abs(_power(volts, R, data, means, shifts) - power).max() <= 1e-12 * np.abs(power).max():
@@ -190,14 +174,14 @@ def _advance(T, a, b, voltage, ambient, R, m: Matrices, integrate: LinearRadau, 
 
 
 def _power(
-    volts: np.ndarray, R: np.ndarray, data: HeatData, means: np.ndarray, shift: np.ndarray | float
+    volts: np.ndarray, R: np.ndarray, data: ThermalParameters, means: np.ndarray, shift: np.ndarray | float
 ) -> np.ndarray:
     return volts**2 / (R * (1.0 + np.array(data.alpha) * (means - data.T_ref) + shift))
 
 
-def _row(t: float, T: np.ndarray, power: np.ndarray, outside: float, m: Matrices, data: HeatData):
-    stored = data.length * float(m.capacity @ (T - data.T_0))
-    return t, m.means @ T, power, stored, data.length * float(m.surface @ (T - outside))
+def _row(t: float, T: np.ndarray, power: np.ndarray, outside: float, m: Matrices, data: ThermalParameters):
+    stored = data.geometry.length * float(m.capacity @ (T - data.T_0))
+    return t, m.means @ T, power, stored, data.geometry.length * float(m.surface @ (T - outside))
 
 
 def _extrapolated(slopes: np.ndarray, h: float) -> np.ndarray:

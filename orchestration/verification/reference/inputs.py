@@ -14,12 +14,9 @@ from ...cosim.signals import Constant, Signal
 from ...errors import SceneError
 from ...scene import Member, Scene
 from ...scene.body import RodParameters, TcaParameters
-from ...scene.manipulator import ThermalParameters
-from .heat import HeatData
 from .rod import RodData, WireLaw
-from .section import Section
 
-__all__ = ["Inputs", "breaks", "heat_data", "heat_data_from", "rod_data"]
+__all__ = ["Inputs", "breaks", "rod_data"]
 
 
 @dataclass(frozen=True)
@@ -44,28 +41,6 @@ def breaks(scene: Scene) -> np.ndarray:
     """Instants [s] inside the run at which an input jumps or has a kink."""
     times = {t for m in scene.members for signal in m.signals.values() for t in signal.breaks}
     return np.array(sorted(t for t in times if 0.0 < t < scene.stop_time))
-
-
-def heat_data(thermal: Member) -> HeatData:
-    """Parameters of the heat model of a scene."""
-    return heat_data_from(ThermalParameters.of(thermal))
-
-
-def heat_data_from(p: ThermalParameters) -> HeatData:
-    """Parameters of a heat model for the finite elements."""
-    return HeatData(
-        section=Section(p.geometry.radius, p.outer_radius, p.inner_radius, p.geometry.offset, p.geometry.azimuth),
-        length=p.geometry.length,
-        body_k=p.body_k,
-        body_rho_c=p.body_rho_c,
-        tca_k=p.tca_k,
-        tca_rho_c=p.tca_rho_c,
-        transfer=p.transfer,
-        resistance=p.resistance,
-        alpha=p.alpha,
-        T_ref=p.T_ref,
-        T_0=p.T_0,
-    )
 
 
 def rod_data(rod: Member) -> RodData:

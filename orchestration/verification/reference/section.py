@@ -13,6 +13,8 @@ import numpy as np
 from scipy.spatial import Delaunay, cKDTree
 from skfem import MeshTri1, MeshTri2
 
+from ...scene.manipulator import ThermalParameters
+
 __all__ = ["Section", "triangulate"]
 
 _RINGS = 3  # circles outside each TCA with the fine edge length: the temperature gradient is steepest there
@@ -27,6 +29,11 @@ class Section:
     inner_radius: tuple[float, ...]  # of its bore, (N,)
     offset: tuple[float, ...]  # distance of its axis from the body's axis, (N,)
     azimuth: tuple[float, ...]  # [rad], (N,)
+
+    @classmethod
+    def of(cls, p: ThermalParameters) -> Section:
+        """Take the section out of the parameters of a heat model."""
+        return cls(p.geometry.radius, p.outer_radius, p.inner_radius, p.geometry.offset, p.geometry.azimuth)
 
     @property
     def centres(self) -> np.ndarray:

@@ -25,7 +25,7 @@ from ...scene import Member, Scene
 from ...scene.manipulator import ROD, THERMAL, ThermalParameters
 from .dynamics import DynamicRod
 from .heat import HeatCourse, Matrices, heat
-from .inputs import Inputs, breaks, heat_data, rod_data
+from .inputs import Inputs, breaks, rod_data
 from .rod import Loads, RodData
 from .statics import equilibrium
 
@@ -99,8 +99,8 @@ def prepare(
     marks = np.concatenate([pieces[0][:1], *(piece[1:] for piece in pieces)])
     keep = np.arange(marks.size) if outputs is None else np.searchsorted(marks, outputs - 1e-9 * scene.stop_time)
     if thermal:
-        data = heat_data(thermal)
-        matrices = Matrices(data, resolution.edge * data.section.radius)
+        data = ThermalParameters.of(thermal)
+        matrices = Matrices(data, resolution.edge * data.geometry.radius)
         volts, ambient = Inputs.from_member(thermal, "V"), Inputs.from_member(thermal, "T_ambient")
         surroundings = lambda t, a, b: float(ambient(t, a, b)[0])  # noqa: E731
 

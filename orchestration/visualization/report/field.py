@@ -23,8 +23,9 @@ import xarray as xr
 from scipy.interpolate import LinearNDInterpolator, NearestNDInterpolator
 
 from ...cosim import signals
-from ...verification.reference.heat import HeatData, Matrices
-from ...verification.reference.inputs import Inputs, heat_data_from
+from ...scene.manipulator import ThermalParameters
+from ...verification.reference.heat import Matrices
+from ...verification.reference.inputs import Inputs
 from ...verification.reference.radau import NODES, LinearRadau
 from ...verification.reference.section import Section
 from ..manipulator import members, thermal_parameters
@@ -67,8 +68,8 @@ def field(result: xr.Dataset, heat: str, rows: np.ndarray) -> Field:
     rows : ndarray
         Rows of the result at which the field is stored, the first of them its start.
     """
-    data = heat_data_from(thermal_parameters(result, heat))
-    m = Matrices(data, _EDGE * data.section.radius)
+    data = thermal_parameters(result, heat)
+    m = Matrices(data, _EDGE * data.geometry.radius)
     rises = _solve(result, heat, rows, data, m)
     means = data.T_0 + rises @ m.means.T
     gap = float(np.abs(means - result[f"{heat}.T"].to_numpy()[rows]).max())
@@ -76,10 +77,11 @@ def field(result: xr.Dataset, heat: str, rows: np.ndarray) -> Field:
     courses = left[:, int((squares[:-1] < _COMPRESSION_ERROR**2).sum()) :]  # bounded by the first mode left out
     modes = rises.T @ courses
     extremes = data.T_0 + np.array([rises.min(), rises.max()])
-    return Field(data.section, data.T_0, courses, _raster(m.coordinates, modes, data.section.radius), extremes, gap)
+    raster = _raster(m.coordinates, modes, data.geometry.radius)
+    return Field(Section.of(data), data.T_0, courses, raster, extremes, gap)
 
 
-def _solve(result: xr.Dataset, heat: str, rows: np.ndarray, data: HeatData, m: Matrices) -> np.ndarray:
+def _solve(result: xr.Dataset, heat: str, rows: np.ndarray, data: ThermalParameters, m: Matrices) -> np.ndarray:
     """Integrate the temperature rises since T_0 (row, unknown) [K]."""
     times = result["time"].to_numpy()[rows]
     power = _powers(result, heat, data)
@@ -88,14 +90,14 @@ def _solve(result: xr.Dataset, heat: str, rows: np.ndarray, data: HeatData, m: M
     rises = np.zeros((times.size, m.surface.size))
     for k, (a, b) in enumerate(pairwise(times)):
         stages = a + NODES * (b - a)
-        loads = [power(t, a, b) / data.length @ m.means + (outside(t) - data.T_0) * m.surface for t in stages]
+        loads = [power(t, a, b) / data.geometry.length @ m.means + (outside(t) - data.T_0) * m.surface for t in stages]
         rises[k + 1] = integrate.step(rises[k], b - a, np.array(loads))[0][-1]
     return rises
 
 
-def _powers(result: xr.Dataset, heat: str, data: HeatData) -> Callable[[float, float, float], np.ndarray]:
+def _powers(result: xr.Dataset, heat: str, data: ThermalParameters) -> Callable[[float, float, float], np.ndarray]:
     """Powers (N,) [W] as a function (t, a, b) of the time t in the step from a to b."""
-    beta, known = thermal_parameters(result, heat).beta, members(result)[heat]["signals"]
+    known = members(result)[heat]["signals"]
     volts, T, delta = (_interpolated(result, f"{heat}.{name}") for name in ("V", "T", "delta"))
     driven = [i for i in range(len(data.resistance)) if f"V[{i + 1}]" in known]
     given = Inputs(tuple(_signal(*known[f"V[{i + 1}]"]) for i in driven))
@@ -103,7 +105,7 @@ def _powers(result: xr.Dataset, heat: str, data: HeatData) -> Callable[[float, f
     def power(t: float, a: float, b: float) -> np.ndarray:
         V = volts(t)
         V[driven] = given(t, a, b)
-        change = np.array(data.alpha) * (T(t) - data.T_ref) + np.array(beta) * delta(t) / data.length
+        change = np.array(data.alpha) * (T(t) - data.T_ref) + np.array(data.beta) * delta(t) / data.geometry.length
         return V**2 / (np.array(data.resistance) * (1.0 + change))
 
     return power

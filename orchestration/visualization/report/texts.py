@@ -134,36 +134,34 @@ def differences(table: Sequence[Difference]) -> str:
     """Table of the differences to another result, the largest relative to its range first."""
     rows = []
     for one in sorted(table, key=lambda d: -d.most / d.span if d.span else 0.0):
-        unit, factor = _UNITS.get(one.unit, (one.unit, 1.0))
-        unit = "" if unit == "1" else f" {unit}"
-        numbers = (f"{factor * value:.3g}{unit}" for value in (one.most, one.rms, one.span))
-        cells = "".join(f"<td>{escape(number)}</td>" for number in numbers)
-        rows.append(f"<tr><th scope='row'>{escape(one.name)}</th>{cells}<td>{one.time:.4g} s</td></tr>")
+        numbers = _scaled((one.most, one.rms, one.span), one.unit)
+        rows.append((one.name, *numbers, f"{one.time:.4g} s"))
     heads = ("quantity", "largest difference", "root mean square", "range of the quantity", "time of the largest")
-    head = "".join(f"<th scope='col'>{name}</th>" for name in heads)
-    return (
-        "<h2>Comparison</h2>"
-        f"<div class='card wide' tabindex='0'><table><thead><tr>{head}</tr></thead>"
-        f"<tbody>{''.join(rows)}</tbody></table></div>"
-    )
+    return _wide_table("Comparison", heads, rows)
 
 
 def deviations(table: Iterable[Deviation]) -> str:
     """Table of the differences from measured samples."""
-    rows = []
-    for one in table:
-        unit, factor = _UNITS.get(one.unit, (one.unit, 1.0))
-        unit = "" if unit == "1" else f" {unit}"
-        cells = f"<td>{one.samples}</td>" + "".join(
-            f"<td>{factor * x:.3g}{escape(unit)}</td>" for x in (one.rms, one.most)
-        )
-        rows.append(f"<tr><th scope='row'>{escape(one.name)}</th>{cells}<td>{one.time:.4g} s</td></tr>")
+    rows = [(one.name, str(one.samples), *_scaled((one.rms, one.most), one.unit), f"{one.time:.4g} s") for one in table]
     heads = ("quantity", "samples", "root mean square", "largest difference", "time of the largest")
+    return _wide_table("Measured", heads, rows)
+
+
+def _scaled(values: Iterable[float], unit: str) -> list[str]:
+    """Write numbers in the unit in which the report shows them."""
+    shown, factor = _UNITS.get(unit, (unit, 1.0))
+    return [f"{factor * value:.3g}" + ("" if shown == "1" else f" {shown}") for value in values]
+
+
+def _wide_table(title: str, heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     head = "".join(f"<th scope='col'>{name}</th>" for name in heads)
+    lines = (
+        f"<tr><th scope='row'>{escape(name)}</th>{''.join(f'<td>{escape(cell)}</td>' for cell in cells)}</tr>"
+        for name, *cells in rows
+    )
     return (
-        "<h2>Measured</h2>"
-        f"<div class='card wide' tabindex='0'><table><thead><tr>{head}</tr></thead>"
-        f"<tbody>{''.join(rows)}</tbody></table></div>"
+        f"<h2>{title}</h2><div class='card wide' tabindex='0'><table><thead><tr>{head}</tr></thead>"
+        f"<tbody>{''.join(lines)}</tbody></table></div>"
     )
 
 
