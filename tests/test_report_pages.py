@@ -75,10 +75,11 @@ def test_the_page_in_a_browser(step_result: xr.Dataset, step_field: Field, brows
         )
         view.wait_for_function(f"shown === {row}")
         places = view.evaluate(
-            f"page.body.routes[2].points.map(([a, b], station) => body.shape.at({row}, station, a, b))"
+            "page.body.manipulators[0].routes[2].points.map(([a, b], station) => "
+            f"body.bodies[0].shape.at({row}, station, a, b))"
         )
         np.testing.assert_allclose(places, route[row], atol=5e-3)  # [mm], 16-bit numbers
-        tcas = [view.evaluate(f"body.temperatures[{3 * row + i}]") for i in range(3)]
+        tcas = [view.evaluate(f"body.bodies[0].temperatures[{3 * row + i}]") for i in range(3)]
         np.testing.assert_allclose(tcas, step_result["thermal.T"][row] - 273.15, atol=3e-3)
         middle = view.evaluate("section.values[40 * section.data.points + 40]")
         assert middle == pytest.approx(step_field.at(row)[40, 40] - 273.15, abs=0.05)
@@ -144,7 +145,7 @@ def test_pages_fit_screens(width: int, scheme: str, step_result: xr.Dataset, bro
     assert 250 < box["height"] < 600
     assert box["x"] + box["width"] <= width
     inside = view.evaluate(
-        "page.times.flatMap((_, row) => [0, 30].map((s) => body.project(body.shape.at(row, s))))"
+        "page.times.flatMap((_, row) => [0, 30].map((s) => body.project(body.bodies[0].shape.at(row, s))))"
         ".every(([x, y]) => x > 0 && y > 0 && x < body.canvas.clientWidth && y < body.canvas.clientHeight)"
     )
     assert inside
@@ -200,7 +201,7 @@ def test_two_results_are_compared(step_result: xr.Dataset, browser: Browser, tmp
     assert float(row.split()[1]) == pytest.approx(largest, rel=5e-3)
     with_other = (tmp_path / "both.html").read_text(encoding="utf-8")
     assert with_other.count("stroke-dasharray") > alone.count("stroke-dasharray") + 20
-    places = view.evaluate("body.other.at(48, 30)")
+    places = view.evaluate("body.others[0].at(48, 30)")
     np.testing.assert_allclose(places, 1e3 * step_result["rod.shape.p"][-1, -1], atol=5e-3)
     assert view.evaluate("page.body.gravity") == [[9.81, 0, 0]]
     assert wrong == []

@@ -241,6 +241,7 @@ def scene_record(scene: Scene, status: str) -> dict[str, Any]:
         "members": json.dumps({m.name: _member_record(m) for m in scene.members}),
         "sources": json.dumps(scene.sources),
         "versions": json.dumps(versions()),
+        **({"placement": json.dumps({m: asdict(p) for m, p in scene.placement.items()})} if scene.placement else {}),
     }
 
 

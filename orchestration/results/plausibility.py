@@ -8,6 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from ..scene import Member, Scene
+from ..scene.body import RodParameters
 from ..scene.manipulator import DISPLACEMENT, ROD, TEMPERATURE, THERMAL, VOLTAGE
 from .table import ResultLike
 
@@ -20,13 +21,16 @@ _HOTTEST, _VELOCITY, _LENGTH = "T_max", "tip.v", "body.length"
 def doubtful(scene: Scene, result: ResultLike) -> list[str]:
     """Return one text for each limit that a result exceeds."""
     members = json.loads(result.attrs.get("members", "{}"))
-    thermal, rod = scene.model(THERMAL), scene.model(ROD)
+    heats, rods = (
+        [m for m in scene.members if m.name in members and m.archive.description.model_name == model]
+        for model in (THERMAL, ROD)
+    )
+    heated = any(np.any(result[f"{heat.name}.{VOLTAGE}"].to_numpy()) for heat in heats)
     texts: list[str] = []
-    if thermal and thermal.name in members:
-        texts += _temperature(result, thermal.name, scene.limits.temperature)
-    if thermal and rod and rod.name in members and np.any(result[f"{thermal.name}.{VOLTAGE}"].to_numpy()):
-        texts += _speed(result, rod.name, scene.limits.speed)
-    if rod and rod.name in members:
+    for heat in heats:
+        texts += _temperature(result, heat.name, scene.limits.temperature)
+    for rod in rods:
+        texts += _speed(result, rod.name, scene.limits.speed) if heated else ()
         texts += _strain(result, rod, scene.limits.strain)
     return texts
 
@@ -62,7 +66,8 @@ def _speed(result: ResultLike, member: str, limit: float) -> Iterator[str]:
 def _strain(result: ResultLike, rod: Member, limit: float) -> Iterator[str]:
     if f"{rod.name}.{DISPLACEMENT}" not in result or _LENGTH not in rod.archive.variables:
         return
-    strains = np.abs(result[f"{rod.name}.{DISPLACEMENT}"].to_numpy()) / rod.real(_LENGTH)
+    spans = [np.diff(body.span(i))[0] for i in range(len(body.tcas))] if (body := _body(rod)) else rod.real(_LENGTH)
+    strains = np.abs(result[f"{rod.name}.{DISPLACEMENT}"].to_numpy()) / spans
     beyond = np.flatnonzero(np.max(strains, axis=1) > limit)
     if beyond.size:
         row = int(beyond[0])
@@ -72,3 +77,8 @@ def _strain(result: ResultLike, rod: Member, limit: float) -> Iterator[str]:
             f"{100.0 * limit:g} % from t = {time:g} s on (up to {100.0 * most:.0f} %), where it is not linear elastic; "
             "lower voltages or loads, or set limits.strain"
         )
+
+
+def _body(rod: Member) -> RodParameters | None:
+    """Parameters of a rod of this package; None for another FMU of that name."""
+    return RodParameters.of(rod) if "tca.first_segment" in rod.archive.vectors else None

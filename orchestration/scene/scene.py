@@ -26,6 +26,7 @@ from .layers import find, load, merged, overriding
 from .limits import Limits
 from .member import Member
 from .members import read_members, recording
+from .placement import Placement, placements
 from .schema import settings
 from .summary import Summary
 from .validation import Layer
@@ -49,6 +50,7 @@ class Scene:
     start_time: float = 0.0  # [s]
     tolerance: float | None = None  # relative, handed to every FMU; None: each has its own
     limits: Limits = field(default_factory=Limits)
+    placement: Mapping[str, Placement] = field(default_factory=dict)  # where members stand in pictures
     layers: tuple[Layer, ...] = field(default=(), repr=False, compare=False)  # as read, without what they build on
     folder: Path = field(default=Path(), repr=False, compare=False)  # that relative paths start from
 
@@ -83,6 +85,7 @@ KEYS = {
     "coupling": "table of the settings of the master",
     "fidelity": "table: how much model to use, and what for",
     "limits": "table of values beyond which a result is said to be doubtful",
+    "placement": "table: where FMUs stand in pictures: position, turn about z, and size and motion of a block",
     "body": "table of parameters of the body, for all FMUs that have them; tcas (1 to 12), segments (1 to 6): its size",
     "tca": "table of parameters of the TCAs, for all FMUs that have them",
     "NAME": "table of the FMU of that name: its parameters, and its inputs as constants or signals",
@@ -148,6 +151,7 @@ def _read(name: str, folder: Path, own: list[Layer], archive: Callable[[Path], A
         connections=connections,
         coupling=settings(Coupling, _tables(layers, "coupling"), "coupling."),
         limits=settings(Limits, _tables(layers, "limits"), "limits."),
+        placement=placements(layers, {m.name: m for m in members}),
         accuracy=read_accuracy_request(layers, {m.name: m.archive for m in members}),
         sources=tuple((layer.origin, layer.text) for layer in layers),
         overrides=tuple(line for layer in own if layer.overrides for line in layer.text.splitlines()),
@@ -170,6 +174,7 @@ def _first_layer(source: str | Path | Mapping[str, Any]) -> tuple[str, Path, Lay
     return path.stem, path.parent, load(path)
 
 
+_UNCHANGING = ("title", "coupling.", "fidelity.", "placement.")  # overrides that leave the system as it is
 MAX_CHANGES = 3  # overrides that a title names
 
 
@@ -180,7 +185,7 @@ def _title(top: Mapping[str, tuple[Any, Layer]], name: str, overrides: Sequence[
         assert layer is not None
         layer.refuse("title", value, f"wrong type; give {KEYS['title']} in quotes")
     title = " ".join(value.split()) or name
-    changes = [" ".join(text.split()) for text in overrides if not text.startswith(("title", "coupling.", "fidelity."))]
+    changes = [" ".join(text.split()) for text in overrides if not text.startswith(_UNCHANGING)]
     if not changes:
         return title
     more = f", and {len(changes) - MAX_CHANGES} more" if len(changes) > MAX_CHANGES else ""

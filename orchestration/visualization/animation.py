@@ -1,4 +1,4 @@
-"""Animations of the manipulator: body, TCAs coloured by temperature, voltages and temperatures beside them."""
+"""Animations of manipulators: bodies, TCAs coloured by temperature, voltages and temperatures beside them."""
 
 from __future__ import annotations
 
@@ -22,9 +22,10 @@ from PIL import Image
 from ..errors import CosimError
 from ..files import atomic_write
 from ..plotting import SERIES
+from .assembly import FACES, Assembly, Block, assembly
 from .charts import charts, charts_of
 from .geometry import ball
-from .manipulator import ZERO_CELSIUS, Manipulator, manipulator, rod_member, select_rows
+from .manipulator import ZERO_CELSIUS, Manipulator, rod_members, select_rows
 from .plots import draw_chart
 
 __all__ = ["ENDINGS", "GIF_SIZE", "gif", "images", "save"]
@@ -34,6 +35,8 @@ GIF_SIZE = (800, 450)  # [pixel] a hundred frames of this size stay below 1 MB
 _FILM_SIZE = (960, 540)  # [pixel]
 _COLOUR_MAP = "plasma"
 _BODY = np.array([0.62, 0.68, 0.76, 0.16])  # red, green, blue, opacity
+_BLOCK = np.array([0.55, 0.5, 0.42, 0.45])
+_TURNED = (55.0, 25.0)  # [deg] of the viewer from where the tip goes: it bends towards him; of several manipulators
 _PAYLOAD = np.array([0.35, 0.37, 0.4, 0.9])
 _DARKER = np.array([0.8, 0.8, 0.8, 1.7])  # every second segment: less light, more opacity
 _LIGHT = np.array([0.4, -0.7, 0.6]) / np.linalg.norm([0.4, -0.7, 0.6])  # direction of the light on the body
@@ -64,15 +67,15 @@ def images(result: xr.Dataset, frames: int = 100, size: tuple[int, int] = _FILM_
     """
     if frames < 2:
         raise CosimError(f"frames = {frames}: allowed: 2 or more")
-    m = manipulator(result, select_rows(result, frames))
+    bodies = assembly(result, select_rows(result, frames))
     figure = Figure(figsize=(9.6, 5.4), dpi=size[0] / 9.6, layout="constrained")
     canvas = FigureCanvasAgg(figure)
     figure.suptitle(str(result.attrs.get("title", "")), fontsize=12)
     left, right = figure.subfigures(1, 2, squeeze=False, width_ratios=(1.25, 1.0))[0]
-    updates = [_draw_body(left, m), _draw_charts(right, result, m)]
+    updates = [_draw_bodies(left, bodies), _draw_charts(right, result, bodies.times)]
     canvas.draw()  # the still parts are drawn once; the moving ones are drawn over them
     background = canvas.copy_from_bbox(figure.bbox)
-    for row in range(m.times.size):
+    for row in range(bodies.times.size):
         canvas.restore_region(background)
         for update in updates:
             for artist in update(row):
@@ -169,36 +172,56 @@ def _write_film(frames: Iterator[np.ndarray], path: Path, fps: float) -> None:
 _Update = Callable[[int], Iterable[Artist]]  # moves its artists to a row and returns them
 
 
-def _draw_body(figure: SubFigure, m: Manipulator) -> _Update:
-    """Draw body and TCAs in axes that contain the whole motion."""
+def _draw_bodies(figure: SubFigure, bodies: Assembly) -> _Update:
+    """Draw manipulators and blocks in axes that contain the whole motion."""
     axes = figure.add_subplot(projection="3d", computed_zorder=False)
-    surfaces = [m.body, *m.tcas]
-    corners = [_MILLI * m.frames.sweep(s.offsets, s.stations) for s in surfaces]
-    celsius = m.temperature - ZERO_CELSIUS
+    celsius = bodies.temperatures - ZERO_CELSIUS
     scale = ScalarMappable(Normalize(celsius.min(), max(celsius.max(), celsius.min() + 1.0)), _COLOUR_MAP)
+    parts = [_manipulator_faces(m, scale) for m in bodies.manipulators] + [_block_faces(b) for b in bodies.blocks]
     faces = Poly3DCollection([], linewidths=0.0, antialiased=True, animated=True)
     axes.add_collection3d(faces)
-    carried = _payload_triangles(m)
-    extent = [corners[0], *([carried.reshape(len(carried), -1, 3)] if carried is not None else [])]
-    low = np.min([points.min(axis=(0, 1)) for points in extent], axis=0)
-    high = np.max([points.max(axis=(0, 1)) for points in extent], axis=0)
+    low, high = (_MILLI * limit for limit in bodies.extent)
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
     axes.set(xlabel="x [mm]", ylabel="y [mm]", zlabel="z [mm]")
     axes.set_box_aspect(high - low)
     for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
         axis.set_major_locator(MaxNLocator(4))
-    x, y, _ = m.frames.p[-1, -1]
-    axes.view_init(elev=18.0, azim=float(np.degrees(np.arctan2(y, x))) - 55.0)  # the tip bends towards the viewer
+    axes.view_init(elev=18.0, azim=float(np.degrees(bodies.azimuth)) - _TURNED[len(bodies.manipulators) > 1])
     axes.tick_params(labelsize=8)
-    _draw_gravity(axes, m, low, high)
+    _draw_gravity(axes, bodies.gravity, low, high)
+    if len(bodies.manipulators) > 1:
+        for m in bodies.manipulators:
+            axes.text(*(_MILLI * m.frames.p[0, 0]), m.name, fontsize=9, ha="center", va="top")
     clock = axes.text2D(0.02, 0.96, "", transform=axes.transAxes, fontsize=12, family="monospace", animated=True)
     bar = figure.colorbar(scale, ax=axes, shrink=0.6, pad=0.1, location="left")
     bar.set_label("mean temperature of the TCAs [°C]", fontsize=9)
 
     def update(row: int) -> Iterable[Artist]:
+        drawn = [part(row) for part in parts]
+        faces.set_verts(np.concatenate([triangles for triangles, _ in drawn]))
+        faces.set_facecolor(np.concatenate([colours for _, colours in drawn]))
+        faces.do_3d_projection()
+        clock.set_text(f"t = {bodies.times[row]:6.2f} s")
+        return faces, clock
+
+    return update
+
+
+_Faces = Callable[[int], tuple[np.ndarray, np.ndarray]]  # triangles (n, 3, 3) [mm] and colours (n, 4) of a row
+
+
+def _manipulator_faces(m: Manipulator, scale: ScalarMappable) -> _Faces:
+    """Triangles and colours of body, TCAs and payload."""
+    surfaces = [m.body, *m.tcas]
+    corners = [_MILLI * m.frames.sweep(s.offsets, s.stations) for s in surfaces]
+    celsius = m.temperature - ZERO_CELSIUS
+    carried = _payload_triangles(m)
+    darker = _of_even_segments(m)
+
+    def faces(row: int) -> tuple[np.ndarray, np.ndarray]:
         triangles = [points[row][s.triangles] for points, s in zip(corners, surfaces, strict=True)]
         flesh = _shaded(_BODY, triangles[0])
-        flesh[_of_even_segments(m)] *= _DARKER
+        flesh[darker] *= _DARKER
         colours = [flesh]  # TCAs are not shaded: their colour means a temperature
         colours += [
             np.tile(np.array(scale.to_rgba(T)), (len(t), 1)) for T, t in zip(celsius[row], triangles[1:], strict=True)
@@ -206,13 +229,21 @@ def _draw_body(figure: SubFigure, m: Manipulator) -> _Update:
         if carried is not None:
             triangles.append(carried[row])
             colours.append(_shaded(_PAYLOAD, carried[row]))
-        faces.set_verts(np.concatenate(triangles))
-        faces.set_facecolor(np.concatenate(colours))
-        faces.do_3d_projection()
-        clock.set_text(f"t = {m.times[row]:6.2f} s")
-        return faces, clock
+        return np.concatenate(triangles), np.concatenate(colours)
 
-    return update
+    return faces
+
+
+def _block_faces(block: Block) -> _Faces:
+    """Triangles and colours of a block."""
+    corners = _MILLI * block.corners
+    triangles = np.concatenate([FACES[:, [0, 1, 2]], FACES[:, [0, 2, 3]]])
+
+    def faces(row: int) -> tuple[np.ndarray, np.ndarray]:
+        drawn = corners[row][triangles]
+        return drawn, _shaded(_BLOCK, drawn)
+
+    return faces
 
 
 def _payload_triangles(m: Manipulator) -> np.ndarray | None:
@@ -232,11 +263,11 @@ def _of_even_segments(m: Manipulator) -> np.ndarray:
     return np.repeat(intervals, len(m.body.triangles) // intervals.size)
 
 
-def _draw_gravity(axes: Axes3D, m: Manipulator, low: np.ndarray, high: np.ndarray) -> None:
-    """Draw an arrow in the direction of gravity, where it is constant and not zero."""
-    g = m.gravity[-1]
+def _draw_gravity(axes: Axes3D, gravity: np.ndarray, low: np.ndarray, high: np.ndarray) -> None:
+    """Draw an arrow in the direction of gravity (time, 3) [m/s2], where it is constant and not zero."""
+    g = gravity[-1]
     size = float(np.linalg.norm(g))
-    if size == 0.0 or np.ptp(m.gravity, axis=0).any():
+    if size == 0.0 or np.ptp(gravity, axis=0).any():
         return
     start, arrow = np.array([low[0], high[1], high[2]]), 0.3 * float((high - low).max()) * g / size
     axes.quiver(*start, *arrow, color="black", linewidth=1.5, arrow_length_ratio=0.25)
@@ -251,21 +282,21 @@ def _shaded(colour: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     return np.column_stack([brightness[:, None] * colour[:3], np.full(len(triangles), colour[3])])
 
 
-def _draw_charts(figure: SubFigure, result: xr.Dataset, m: Manipulator) -> _Update:
+def _draw_charts(figure: SubFigure, result: xr.Dataset, times: np.ndarray) -> _Update:
     """Draw voltages, where they change, and temperatures, with a line at the time that is shown."""
     shown = [c for c in charts(result) if c.title.partition(",")[0] in ("Voltages", "Temperatures") and c.lines]
     if not any(chart.title.startswith("Temperatures") for chart in shown):
-        shown += charts_of(result, [f"{rod_member(result)}.T"])
+        shown += charts_of(result, [f"{rod}.T" for rod in rod_members(result)])
     markers = []
     panels = figure.subplots(len(shown), 1, sharex=True, squeeze=False)[:, 0]
     for axes, chart in zip(panels, shown, strict=True):
         draw_chart(axes, chart, result["time"].to_numpy())
         axes.label_outer()
-        markers.append(axes.axvline(m.times[0], color="black", linewidth=1.0, animated=True))
+        markers.append(axes.axvline(times[0], color="black", linewidth=1.0, animated=True))
 
     def update(row: int) -> Iterable[Artist]:
         for marker in markers:
-            marker.set_xdata([m.times[row]] * 2)
+            marker.set_xdata([times[row]] * 2)
         return markers
 
     return update

@@ -13,7 +13,7 @@ import numpy as np
 import xarray as xr
 
 from ..errors import CosimError
-from .manipulator import ZERO_CELSIUS, heat_members, members, rod_member
+from .manipulator import ZERO_CELSIUS, heat_members, members, rod_members
 
 __all__ = ["Chart", "Line", "charts", "charts_of", "in_unit"]
 
@@ -185,13 +185,12 @@ def charts_of(result: xr.Dataset, quantities: Iterable[str]) -> list[Chart]:
 
 
 def _known_members(result: xr.Dataset) -> dict[str | None, tuple[_Group, ...]]:
-    """Charts of each member that the package knows; of several heat models each names its own in its titles."""
-    heats = heat_members(result)
-    known: dict[str | None, tuple[_Group, ...]] = {rod_member(result): _ROD}
-    for name in heats:
-        known[name] = (
-            tuple(replace(group, title=f"{group.title}, {name}") for group in _HEAT) if len(heats) > 1 else _HEAT
-        )
+    """Charts of each member that the package knows; of several of a kind each names its own in its titles."""
+    known: dict[str | None, tuple[_Group, ...]] = {}
+    for names, groups in ((rod_members(result), _ROD), (heat_members(result), _HEAT)):
+        for name in names:
+            titled = tuple(replace(group, title=f"{group.title}, {name}") for group in groups)
+            known[name] = titled if len(names) > 1 else groups
     return known
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -30,7 +30,9 @@ __all__ = [
     "members",
     "recorded_parameters",
     "rod_member",
+    "rod_members",
     "section_member",
+    "section_rod",
     "select_rows",
     "thermal_parameters",
 ]
@@ -55,8 +57,12 @@ class Payload:
 
 @dataclass(frozen=True)
 class Manipulator:
-    """Shape over time and dimensions of a body with N TCAs; lengths in m, angles in rad."""
+    """Shape over time and dimensions of a body with N TCAs; lengths in m, angles in rad.
 
+    Positions and directions are those of the picture: the rod's own, turned about z and moved where it is placed.
+    """
+
+    name: str
     times: np.ndarray  # (time,) [s]
     frames: Frames
     stations: np.ndarray  # where the cross-sections are along the straight body (n,) [m]
@@ -65,6 +71,24 @@ class Manipulator:
     body_parameters: RodParameters
     tca_radius: tuple[float, ...]
     payload: Payload | None
+
+    def moved(self, position: np.ndarray, turn: float) -> Manipulator:
+        """Return the manipulator turned about z by an angle [rad] and moved by a vector (3,) [m]."""
+        rotation = Rotation.from_euler("z", turn).as_matrix().T
+        p, d1, d2 = (vectors @ rotation for vectors in (self.frames.p, self.frames.d1, self.frames.d2))
+        payload = self.payload and replace(self.payload, centre=self.payload.centre @ rotation + position)
+        gravity = self.gravity @ rotation
+        return replace(self, frames=Frames(p + position, d1, d2), payload=payload, gravity=gravity)
+
+    @property
+    def extent(self) -> tuple[np.ndarray, np.ndarray]:
+        """Lowest and highest coordinates [m] of the body and what it carries over time, (3,) each."""
+        points = [self.frames.sweep(self.body.offsets, self.body.stations).reshape(-1, 3)]
+        if self.payload:
+            reach = self.payload.radius * np.vstack([np.eye(3), -np.eye(3)])
+            points.append((self.payload.centre[:, None] + reach).reshape(-1, 3))
+        together = np.concatenate(points)
+        return together.min(axis=0), together.max(axis=0)
 
     @property
     def length(self) -> float:
@@ -134,14 +158,26 @@ def section_member(result: xr.Dataset) -> str | None:
     return next((wire["heat"] for wire in reversed(wires) if wire["heat"] in heats), heats[0])
 
 
+def section_rod(result: xr.Dataset) -> str | None:
+    """Name of the rod at whose tip the section of `section_member` is: the first that it is wired to."""
+    heat = section_member(result)
+    wired = [wire["rod"] for wire in _heat_wires(result) if wire["heat"] == heat]
+    return wired[0] if wired else rod_member(result)
+
+
 def _heat_wires(result: xr.Dataset) -> list[re.Match[str]]:
     texts = json.loads(result.attrs.get("connections", "[]"))
     return [wire for text in texts if (wire := _HEAT_WIRE.fullmatch(text))]
 
 
+def rod_members(result: xr.Dataset) -> list[str]:
+    """Names of the members that are rods whose shapes are known."""
+    return [m for m in members(result) if {f"{m}.{name}" for name in _NEEDED} <= set(result.data_vars)]
+
+
 def rod_member(result: xr.Dataset) -> str | None:
-    """Name of the member that is a rod whose shape is known."""
-    return next((m for m in members(result) if {f"{m}.{name}" for name in _NEEDED} <= set(result.data_vars)), None)
+    """Name of the first member that is a rod whose shape is known."""
+    return next(iter(rod_members(result)), None)
 
 
 def select_rows(result: xr.Dataset, most: int) -> np.ndarray:
@@ -154,9 +190,9 @@ def select_rows(result: xr.Dataset, most: int) -> np.ndarray:
     return np.unique(np.where(even - times[after - 1] < times[after] - even, after - 1, after))
 
 
-def manipulator(result: xr.Dataset, rows: np.ndarray) -> Manipulator:
-    """Shape at some rows of a result. CosimError where it contains no rod."""
-    rod = rod_member(result)
+def manipulator(result: xr.Dataset, rows: np.ndarray, rod: str | None = None) -> Manipulator:
+    """Shape of a rod, by default of the first, at some rows of a result. CosimError where it contains no rod."""
+    rod = rod or rod_member(result)
     if rod is None:
         raise CosimError(
             f"result {result.attrs.get('scene', '')!r} has no shape to draw: no member with {', '.join(_NEEDED)}; "
@@ -166,6 +202,7 @@ def manipulator(result: xr.Dataset, rows: np.ndarray) -> Manipulator:
     shape, tip, temperature = (result[f"{rod}.{name}"].to_numpy()[rows] for name in _NEEDED)
     stations = _stations(p)
     return Manipulator(
+        name=rod,
         times=result["time"].to_numpy()[rows],
         frames=frames(shape, tip, stations / p.length),
         stations=stations,

@@ -104,8 +104,6 @@ def read_measured(path: Path, result: xr.Dataset) -> Measured:
         for (name, unit), column in zip(heads[1:], columns, strict=True):
             if name not in computed:
                 raise ValueError(f"{path}: column {name!r}: not in the result; {similar(name, list(computed))}")
-            if name in values:
-                raise ValueError(f"{path}: column {name!r} occurs twice; leave one out")
             own = computed[name][1]
             variable = Variable(name, 0, "Real", "output", "continuous", "", own, {} if own == "1" else None)
             values[name] = np.array(convert_column(column, unit, variable, path))

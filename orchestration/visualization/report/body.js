@@ -31,6 +31,7 @@ function prepare(canvas) {
 class Shape {
   constructor({ p, d1, d2, stations }, radii) {
     this.p = scaled(p), this.d1 = scaled(d1), this.d2 = scaled(d2), this.stations = stations, this.radii = radii;
+    this.last = stations - 1;
   }
   // The point with offsets a, b in the cross-section of a station.
   at(row, station, a = 0, b = 0) {
@@ -39,13 +40,22 @@ class Shape {
   }
 }
 
+// One manipulator: its shape, TCAs and what it carries.
+class Body {
+  constructor(data) {
+    Object.assign(this, data);
+    this.shape = new Shape(data.shape, data.radii);
+    this.centre = data.payload && scaled(data.payload.centre);
+    this.temperatures = scaled(data.temperatures);
+  }
+}
+
 class BodyView {
   constructor(canvas, data, picture) {
     this.canvas = canvas, this.data = data, this.picture = picture; // picture(row): canvas of the cross-section, or null
-    this.shape = new Shape(data.shape, data.radii);
-    this.other = data.other && new Shape(data.other, data.other.radii);
-    this.payload = data.payload && scaled(data.payload.centre);
-    this.temperatures = scaled(data.temperatures);
+    this.bodies = data.manipulators.map((one) => new Body(one));
+    this.others = data.others.map((one) => new Shape(one, one.radii));
+    this.blocks = data.blocks.map(({ name, corners }) => ({ name, corners: scaled(corners) }));
     this.row = 0;
     this.reset();
     this.layer = document.createElement("canvas");
@@ -102,10 +112,11 @@ class BodyView {
     this.fit(width, height);
     this.ink = style("--ink"), this.soft = style("--soft"), this.line = style("--line");
     this.drawFloor(context);
-    this.drawPath(context, row);
-    this.drawFlesh(context, row, width, height, fine);
-    if (this.other) this.drawOutline(context, row, width, height, fine);
+    for (const body of this.bodies) this.drawPath(context, body, row);
+    for (const body of this.bodies) this.drawFlesh(context, body, row, width, height, fine);
+    for (const other of this.others) this.drawOutline(context, other, row, width, height, fine);
     this.drawInside(context, row);
+    if (this.data.names) for (const body of this.bodies) this.drawName(context, body, row);
     this.drawGravity(context, row, width);
   }
   stroke(context, points, colour, width) {
@@ -142,8 +153,8 @@ class BodyView {
     const [u, v] = this.project([...corner, z1]);
     this.text(context, "z [mm]", [u, v - 14]);
   }
-  drawPath(context, row) {
-    const points = page.times.map((_, k) => this.project(this.shape.at(k, this.data.stations - 1)));
+  drawPath(context, { shape }, row) {
+    const points = page.times.map((_, k) => this.project(shape.at(k, shape.last)));
     context.setLineDash([2, 3]);
     this.stroke(context, points, this.soft, 1);
     context.setLineDash([]);
@@ -168,7 +179,7 @@ class BodyView {
   }
   // The outline of a tube whose radius changes along it: a quadrangle for each piece, neighbours share corners.
   silhouette(context, shape, row, colour, extra = 0) {
-    const last = shape.stations - 1;
+    const last = shape.last;
     const points = Array.from({ length: shape.stations }, (_, k) => this.project(shape.at(row, k)));
     const sides = points.map(([x, y], k) => {
       const [x0, y0] = points[Math.max(0, k - 2)], [x1, y1] = points[Math.min(last, k + 2)];
@@ -192,67 +203,91 @@ class BodyView {
       if (extra) context.stroke();
     }
   }
-  drawFlesh(context, row, width, height, fine) {
-    const layer = this.onLayer(width, height, fine, (own) => this.silhouette(own, this.shape, row, style("--flesh")));
+  drawFlesh(context, { shape, breaks }, row, width, height, fine) {
+    const layer = this.onLayer(width, height, fine, (own) => this.silhouette(own, shape, row, style("--flesh")));
     context.globalAlpha = 0.4;
     context.drawImage(layer, 0, 0, width, height);
-    const { stations, breaks } = this.data, ring = (k) => this.ring(context, this.shape, row, k, this.shape.radii[k]);
+    const ring = (k) => this.ring(context, shape, row, k, shape.radii[k]);
     context.globalAlpha = 0.45;
     context.strokeStyle = this.soft, context.lineWidth = 0.8;
-    for (let k = 0; k < stations; k += 6) ring(k), context.stroke();
+    for (let k = 0; k < shape.stations; k += 6) ring(k), context.stroke();
     context.globalAlpha = 1;
     context.strokeStyle = this.ink, context.lineWidth = 1.4;
     for (const k of breaks) for (const side of [k - 1, k]) ring(side), context.stroke();
   }
-  drawOutline(context, row, width, height, fine) {
+  drawOutline(context, other, row, width, height, fine) {
     const layer = this.onLayer(width, height, fine, (own) => {
-      this.silhouette(own, this.other, row, this.ink, 2);
+      this.silhouette(own, other, row, this.ink, 2);
       own.globalCompositeOperation = "destination-out";
-      this.silhouette(own, this.other, row, "#000", 0);
+      this.silhouette(own, other, row, "#000", 0);
     });
     context.drawImage(layer, 0, 0, width, height);
   }
-  // TCAs in short pieces and the cross-section at the tip, the farthest first.
+  // TCAs in short pieces, cross-sections at the tips, payloads and faces of blocks, the farthest first.
   drawInside(context, row) {
-    const { routes, stations, tcaRadius } = this.data;
-    const pieces = [];
-    routes.forEach((route, i) => {
-      const points = route.points.map(([a, b], k) => this.project(this.shape.at(row, route.first + k, a, b)));
-      const fill = colour(this.temperatures[row * routes.length + i]), width = 2 * tcaRadius[i] * this.factor;
-      for (let k = 1; k < points.length; ++k) {
-        pieces.push({ depth: 0.5 * (points[k - 1][2] + points[k][2]), points: points.slice(k - 1, k + 1), fill, width });
-      }
-    });
-    const tip = this.project(this.shape.at(row, stations - 1));
-    pieces.push({ depth: tip[2] + this.shape.radii[stations - 1], cap: true });
-    if (this.payload) {
-      const at = this.project([0, 1, 2].map((c) => this.payload[3 * row + c]));
-      pieces.push({ depth: at[2], ball: at });
-    }
-    for (const piece of pieces.sort((a, b) => a.depth - b.depth)) {
-      if (piece.cap) this.drawCap(context, row, tip);
-      else if (piece.ball) this.drawPayload(context, piece.ball);
-      else {
-        context.lineCap = "butt";
-        this.stroke(context, piece.points, this.ink, piece.width + 1.6);
-        context.lineCap = "round";
-        this.stroke(context, piece.points, piece.fill, piece.width);
-      }
-    }
+    const pieces = this.bodies.flatMap((body) => this.piecesOf(context, body, row));
+    for (const block of this.blocks) pieces.push(...this.facesOf(context, block, row));
+    for (const piece of pieces.sort((a, b) => a.depth - b.depth)) piece.draw();
     context.lineCap = "butt";
   }
-  drawPayload(context, [x, y]) {
-    const { radius, label } = this.data.payload, size = radius * this.factor;
+  piecesOf(context, body, row) {
+    const { shape, routes, tcaRadius, temperatures } = body, pieces = [];
+    routes.forEach((route, i) => {
+      const points = route.points.map(([a, b], k) => this.project(shape.at(row, route.first + k, a, b)));
+      const fill = colour(temperatures[row * routes.length + i]), width = 2 * tcaRadius[i] * this.factor;
+      for (let k = 1; k < points.length; ++k) {
+        const ends = points.slice(k - 1, k + 1);
+        pieces.push({ depth: 0.5 * (ends[0][2] + ends[1][2]), draw: () => this.drawPiece(context, ends, fill, width) });
+      }
+    });
+    const tip = this.project(shape.at(row, shape.last));
+    pieces.push({ depth: tip[2] + shape.radii[shape.last], draw: () => this.drawCap(context, body, row, tip) });
+    if (body.payload) {
+      const at = this.project([0, 1, 2].map((c) => body.centre[3 * row + c]));
+      pieces.push({ depth: at[2], draw: () => this.drawPayload(context, body.payload, at) });
+    }
+    return pieces;
+  }
+  drawPiece(context, ends, fill, width) {
+    context.lineCap = "butt";
+    this.stroke(context, ends, this.ink, width + 1.6);
+    context.lineCap = "round";
+    this.stroke(context, ends, fill, width);
+  }
+  facesOf(context, { name, corners }, row) {
+    const points = Array.from({ length: 8 }, (_, n) => this.project([0, 1, 2].map((c) => corners[24 * row + 3 * n + c])));
+    const mean = (face, c) => face.reduce((sum, n) => sum + points[n][c], 0) / 4;
+    const faces = this.data.faces.map((face) => ({
+      depth: mean(face, 2),
+      draw: () => this.drawFace(context, face.map((n) => points[n])),
+    }));
+    const nearest = Math.max(...points.map((p) => p[2])), low = points.reduce((a, b) => (b[1] > a[1] ? b : a));
+    faces.push({ depth: nearest + 1, draw: () => this.text(context, name, [mean([0, 3, 4, 7], 0), low[1] + 12]) });
+    return faces;
+  }
+  drawFace(context, corners) {
+    context.beginPath();
+    corners.forEach((p, n) => (n ? context.lineTo(p[0], p[1]) : context.moveTo(p[0], p[1])));
+    context.closePath();
+    context.fillStyle = this.soft, context.strokeStyle = this.ink, context.lineWidth = 1, context.lineJoin = "round";
+    context.globalAlpha = 0.4, context.fill(), (context.globalAlpha = 1), context.stroke();
+  }
+  drawName(context, { name, shape }, row) {
+    const [x, y] = this.project(shape.at(row, 0));
+    this.text(context, name, [x, y + shape.radii[0] * this.factor * 0.5 + 14]);
+  }
+  drawPayload(context, { radius, label }, [x, y]) {
+    const size = radius * this.factor;
     context.beginPath();
     context.arc(x, y, size, 0, 2 * Math.PI);
     context.fillStyle = this.soft, context.strokeStyle = this.ink, context.lineWidth = 1;
     context.globalAlpha = 0.85, context.fill(), (context.globalAlpha = 1), context.stroke();
     this.text(context, label, [x + size + 5, y], "left");
   }
-  drawCap(context, row, tip) {
-    const last = this.data.stations - 1, k = 3 * (row * this.data.stations + last), { d1, d2, radii } = this.shape, R = radii[last];
+  drawCap(context, { shape, section }, row, tip) {
+    const last = shape.last, k = 3 * (row * shape.stations + last), { d1, d2, radii } = shape, R = radii[last];
     const [u, v] = [d1, d2].map((d) => this.direction([R * d[k], R * d[k + 1], R * d[k + 2]]));
-    const picture = this.picture(row);
+    const picture = section && this.picture(row);
     if (picture && u[0] * v[1] - u[1] * v[0] < 0) { // the tip's face is seen: x to the right, y up
       context.save();
       context.transform(u[0], u[1], v[0], v[1], tip[0], tip[1]);
@@ -262,7 +297,7 @@ class BodyView {
       context.drawImage(picture, -1, -1, 2, 2);
       context.restore();
     }
-    this.ring(context, this.shape, row, last, R);
+    this.ring(context, shape, row, last, R);
     context.strokeStyle = this.ink, context.lineWidth = 1;
     context.stroke();
   }

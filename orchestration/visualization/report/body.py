@@ -1,4 +1,4 @@
-"""Numbers of the view of the body, which body.js draws: lengths in mm, temperatures in degrees Celsius."""
+"""Numbers of the view of the bodies, which body.js draws: lengths in mm, temperatures in degrees Celsius."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from ..assembly import FACES, Assembly, Block
 from ..manipulator import ZERO_CELSIUS, Manipulator, Payload
 from .document import pack_small
 
@@ -14,13 +15,30 @@ __all__ = ["body_data", "temperature_range"]
 _MILLI = 1e3
 
 
-def body_data(m: Manipulator, other: Manipulator | None = None) -> dict[str, Any]:
-    """Shape, dimensions, temperatures and gravity over time; of another result its shape."""
-    corners = [_MILLI * points for one in (m, other) if one for points in _extent(one)]
-    tip = m.frames.p[-1, -1]
-    constant = not np.ptp(m.gravity, axis=0).any()
+def body_data(shown: Assembly, other: Assembly | None = None, section: str | None = None) -> dict[str, Any]:
+    """Shapes, dimensions, temperatures and gravity over time; of another result the shapes.
+
+    section: name of the rod that the picture of a cross-section belongs to, at whose tip it is drawn.
+    """
+    extents = [one.extent for one in (shown, other) if one]
+    constant = not np.ptp(shown.gravity, axis=0).any()
+    gravity = shown.gravity[:1] if constant else shown.gravity
     return {
-        "stations": m.stations.size,
+        "manipulators": [_manipulator(m) | {"section": m.name == section} for m in shown.manipulators],
+        "names": len(shown.manipulators) > 1,
+        "blocks": [_block(block) for block in shown.blocks],
+        "faces": FACES.tolist(),
+        "gravity": gravity.round(4).tolist() if gravity.any() else [],
+        "low": (_MILLI * np.min([low for low, _ in extents], axis=0)).tolist(),
+        "high": (_MILLI * np.max([high for _, high in extents], axis=0)).tolist(),
+        "azimuth": shown.azimuth - (0.95 if len(shown.manipulators) == 1 else 0.25),  # [rad] of the viewer
+        "others": [_shape(m) | {"radii": (_MILLI * m.radii).tolist()} for m in (other.manipulators if other else ())],
+    }
+
+
+def _manipulator(m: Manipulator) -> dict[str, Any]:
+    return {
+        "name": m.name,
         "radii": (_MILLI * m.radii).round(4).tolist(),
         "breaks": (np.flatnonzero(np.diff(m.stations) == 0.0) + 1).tolist(),
         "tcaRadius": [_MILLI * radius for radius in m.tca_radius],
@@ -28,23 +46,9 @@ def body_data(m: Manipulator, other: Manipulator | None = None) -> dict[str, Any
             {"first": m.span(i)[0], "points": (_MILLI * m.route(i)).round(4).tolist()} for i in range(len(m.tca_radius))
         ],
         "temperatures": pack_small(m.temperature - ZERO_CELSIUS),
-        "gravity": (m.gravity[:1] if constant else m.gravity).round(4).tolist() if m.gravity.any() else [],
-        "low": np.min([c.min(axis=(0, 1)) for c in corners], axis=0).tolist(),
-        "high": np.max([c.max(axis=(0, 1)) for c in corners], axis=0).tolist(),
-        "azimuth": float(np.arctan2(tip[1], tip[0])) - 0.95,  # [rad] so that the tip bends towards the viewer
         "shape": _shape(m),
         "payload": _payload(m.payload) if m.payload else None,
-        "other": _shape(other) | {"radii": (_MILLI * other.radii).tolist()} if other else None,
     }
-
-
-def _extent(m: Manipulator) -> list[np.ndarray]:
-    """Points (time, n, 3) [m] whose bounding box contains the body and what it carries."""
-    points = [m.frames.sweep(m.body.offsets, m.body.stations)]
-    if m.payload:
-        reach = m.payload.radius * np.vstack([np.eye(3), -np.eye(3)])
-        points.append(m.payload.centre[:, None] + reach)
-    return points
 
 
 def _payload(payload: Payload) -> dict[str, Any]:
@@ -53,6 +57,10 @@ def _payload(payload: Payload) -> dict[str, Any]:
         "centre": pack_small(_MILLI * payload.centre),
         "label": f"{_MILLI * payload.mass:.3g} g",
     }
+
+
+def _block(block: Block) -> dict[str, Any]:
+    return {"name": block.name, "corners": pack_small(_MILLI * block.corners)}
 
 
 def temperature_range(*kelvin: np.ndarray) -> tuple[float, float]:

@@ -11,16 +11,17 @@ import xarray as xr
 from ...errors import CosimError
 from ...files import atomic_write
 from ...results.comparison import Difference, compare
+from ..assembly import Assembly, assembly
 from ..charts import Chart, charts, in_unit
-from ..manipulator import ZERO_CELSIUS, Manipulator, manipulator, rod_member, section_member, select_rows
+from ..manipulator import ZERO_CELSIUS, rod_member, section_member, section_rod, select_rows
 from ..measured import Measured
 from .body import body_data, temperature_range
 from .document import ChartCard, Document, pack, pack_small, plasma, section_of_charts
 from .field import Field, field
 from .svg import draw
 from .texts import (
-    BODY_CARD,
     SLIDER_ROWS,
+    body_card,
     decimals,
     deviations,
     differences,
@@ -51,11 +52,11 @@ def html(result: xr.Dataset, other: xr.Dataset | None = None, measured: Measured
     rows = select_rows(result, SLIDER_ROWS)
     times = result["time"].to_numpy()[rows]
     heat = section_member(result)
-    shape = manipulator(result, rows) if rod_member(result) else None
+    bodies = assembly(result, rows) if rod_member(result) else None
     seen = field(result, heat, rows) if heat else None
     cards, readings = _chart_cards(result, rows, other, measured), time_readings(result, rows)
-    kelvin = [*([shape.temperature] if shape else []), *([seen.extremes] if seen else [])]
-    views = ([BODY_CARD] if shape else []) + ([section_card(str(heat), seen.gap)] if seen else [])
+    kelvin = [*([bodies.temperatures] if bodies else []), *([seen.extremes] if seen else [])]
+    views = ([body_card(bodies)] if bodies else []) + ([section_card(str(heat), seen.gap)] if seen else [])
     return Document(
         title=str(result.attrs.get("title", "Result")),
         subtitle=_subtitle(result, other, measured),
@@ -74,7 +75,7 @@ def html(result: xr.Dataset, other: xr.Dataset | None = None, measured: Measured
             "charts": [_chart_data(card) for card in cards],
             "colours": plasma(),
             "range": temperature_range(*kelvin) if kelvin else None,
-            "body": body_data(shape, _other_shape(other, times)) if shape else None,
+            "body": body_data(bodies, _other_bodies(other, times), section_rod(result)) if bodies else None,
             "section": _section_data(seen) if seen else None,
         },
     ).html()
@@ -94,12 +95,12 @@ def _compare(result: xr.Dataset, other: xr.Dataset) -> tuple[Difference, ...]:
         raise CosimError(str(error)) from error
 
 
-def _other_shape(other: xr.Dataset | None, times: np.ndarray) -> Manipulator | None:
-    """Shape of the other result at its rows nearest to times, where it has a rod."""
+def _other_bodies(other: xr.Dataset | None, times: np.ndarray) -> Assembly | None:
+    """Bodies of the other result at its rows nearest to times, where it has a rod."""
     if other is None or not rod_member(other):
         return None
     nearest = np.abs(other["time"].to_numpy() - times[:, None]).argmin(axis=1)
-    return manipulator(other, nearest)
+    return assembly(other, nearest)
 
 
 def _chart_cards(

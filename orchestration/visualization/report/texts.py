@@ -17,13 +17,14 @@ import xarray as xr
 from ...fmi.log import Warned
 from ...results.comparison import Difference
 from ...scene import Coupling
-from ..manipulator import ZERO_CELSIUS, heat_members, members, rod_member
+from ..assembly import Assembly
+from ..manipulator import ZERO_CELSIUS, heat_members, members, rod_members
 from ..measured import Deviation
 
 __all__ = [
-    "BODY_CARD",
     "SLIDER_ROWS",
     "Readings",
+    "body_card",
     "decimals",
     "deviations",
     "differences",
@@ -34,13 +35,6 @@ __all__ = [
 ]
 
 SLIDER_ROWS = 201  # largest number of times of the slider
-BODY_CARD = (
-    "<div class='card'><h2>Manipulator</h2><p class='soft'>True radius; the colour of a TCA is its mean temperature. "
-    "Drag or use the arrow keys to turn, + and - to zoom, 0 to reset.</p>"
-    "<canvas id='body' tabindex='0' role='img' aria-label='Manipulator in space; arrow keys turn it'></canvas>"
-    "<div class='scale' aria-hidden='true'><canvas class='colours' width='256' height='1'></canvas>"
-    "<span class='low'></span><span>mean temperature [°C]</span><span class='high'></span></div></div>"
-)
 _MILLI = 1e3
 _UNITS = {"m": ("mm", 1e3), "K": ("K", 1.0)}  # units of the page for those of a result, and their factor
 
@@ -51,6 +45,20 @@ class Readings:
 
     html: str
     texts: list[list[str]]  # for each TCA a text for each time
+
+
+def body_card(bodies: Assembly) -> str:
+    """Card of the view of the bodies."""
+    several = len(bodies.manipulators) > 1
+    arranged = " The scene does not place them: they stand side by side." if bodies.is_arranged else ""
+    return (
+        f"<div class='card'><h2>Manipulator{'s' if several else ''}</h2><p class='soft'>True radius; the colour of a "
+        f"TCA is its mean temperature.{arranged} Drag or use the arrow keys to turn, + and - to zoom, 0 to reset.</p>"
+        "<canvas id='body' tabindex='0' role='img' "
+        f"aria-label='Manipulator{'s' if several else ''} in space; arrow keys turn the view'></canvas>"
+        "<div class='scale' aria-hidden='true'><canvas class='colours' width='256' height='1'></canvas>"
+        "<span class='low'></span><span>mean temperature [°C]</span><span class='high'></span></div></div>"
+    )
 
 
 def section_card(heat: str, gap: float) -> str:
@@ -69,26 +77,26 @@ def decimals(times: np.ndarray) -> int:
 
 
 def time_readings(result: xr.Dataset, rows: np.ndarray) -> Readings:
-    """Voltages, where there is a heat model, and temperatures of the TCAs."""
-    heats, rod = heat_members(result), rod_member(result)
-    heat = None if rod and len(heats) > 1 else next(iter(heats), None)  # the rod has the TCAs of all sections
-    if heat is None and rod is None:
-        return Readings("", [])
-    celsius = result[f"{heat or rod}.T"].to_numpy()[rows] - ZERO_CELSIUS
-    if heat is None:
-        texts = [[f"{T:.1f} °C" for T in curve] for curve in celsius.T]
-    else:
-        volts = result[f"{heat}.V"].to_numpy()[rows]
-        texts = [
-            [f"{V:.2f} V, {T:.1f} °C" for V, T in zip(*pair, strict=True)]
-            for pair in zip(volts.T, celsius.T, strict=True)
-        ]
+    """Temperatures of the TCAs, with voltages unless rods have the TCAs of several heat models."""
+    heats, rods = heat_members(result), rod_members(result)
+    owners = heats if not rods or (len(heats) == len(rods) == 1) else rods
+    readings: list[tuple[str, list[str]]] = []
+    for owner in owners:
+        named = f" of {owner}" if len(owners) > 1 else ""
+        celsius = result[f"{owner}.T"].to_numpy()[rows].T - ZERO_CELSIUS
+        texts = [[f"{T:.1f} °C" for T in curve] for curve in celsius]
+        if owner in heats:
+            volts = result[f"{owner}.V"].to_numpy()[rows].T
+            texts = [
+                [f"{V:.2f} V, {text}" for V, text in zip(*pair, strict=True)] for pair in zip(volts, texts, strict=True)
+            ]
+        readings += [(f"TCA {k}{named}", course) for k, course in enumerate(texts, 1)]
     html = "".join(
-        f"<span class='reading'><i class='swatch' style='--c: var(--c{colour})'></i>TCA {k + 1} "
+        f"<span class='reading'><i class='swatch' style='--c: var(--c{colour})'></i>{escape(label)} "
         f"<span id='reading-{k}'></span></span>"
-        for k, (colour, _) in enumerate(zip(cycle(range(8)), texts, strict=False))
+        for k, (colour, (label, _)) in enumerate(zip(cycle(range(8)), readings, strict=False))
     )
-    return Readings(html, texts)
+    return Readings(html, [texts for _, texts in readings])
 
 
 def facts(result: xr.Dataset) -> str:
@@ -102,9 +110,10 @@ def facts(result: xr.Dataset) -> str:
 
 def _end_state(result: xr.Dataset) -> list[tuple[str, str]]:
     items = []
-    if rod := rod_member(result):
+    for rod in (rods := rod_members(result)):
         position = ", ".join(f"{_MILLI * x + 0.0:.2f}" for x in result[f"{rod}.tip.p"].to_numpy()[-1])
-        items.append(("tip x, y, z at the end", f"{position} mm"))
+        named = f"{rod}: " if len(rods) > 1 else ""
+        items.append((f"{named}tip x, y, z at the end", f"{position} mm"))
     hottest = []
     for heat in (names := heat_members(result)):
         T = result[f"{heat}.T"].to_numpy() - ZERO_CELSIUS
