@@ -17,10 +17,12 @@ constexpr double kNeutral = 1e-6;     // eigenvalues above minus this, over the 
                                       // rod, for example, turns about its axis at no cost
 constexpr int kMaxTrials = 60;        // of one step with increasing damping
 constexpr double kMinDamping = 1e-4;  // relative to the body's stiffness: below, steps are Newton steps
+constexpr int kBisections = 20;       // of the time of departure: to 1e-6 of it
 constexpr double kAtRest = 1e-8;      // largest residual of an equilibrium, over the stiffness [1]
-constexpr double kPerturbation = 1e-3;  // of the strains when the motion leaves an unstable equilibrium [1]
-constexpr int kMaxPerturbations = 8;    // a rod passes few unstable equilibria on its way
-constexpr double kSymmetric = 1e-9;     // share of the residual along the softest direction below which it is symmetric
+constexpr double kDeparture = 1e-3;   // of the strains when the motion leaves an unstable equilibrium [1]
+constexpr int kMaxDepartures = 8;     // a rod passes few unstable equilibria on its way
+constexpr double kSymmetric = 1e-12;  // residual over stiffness along growing modes [1] that is rounding: no load
+                                      // chooses a direction
 
 }  // namespace
 
@@ -56,22 +58,52 @@ bool Stability::factor(const Rod& rod, double damping) {
   return cholesky_.info() == Eigen::Success;
 }
 
+Stability::Departure Stability::departure(const Rod& rod, Vector& change) const {
+  if ((r_.array() / rod.stiffness().array()).abs().maxCoeff() > kAtRest) return Departure::none;
+  const Eigen::VectorXd scale = rod.stiffness().array().sqrt().inverse();
+  const Eigen::MatrixXd scaled = scale.asDiagonal() * (0.5 * (K_ + K_.transpose())) * scale.asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> modes(scaled);
+  const Eigen::Index growing = (modes.eigenvalues().array() < -kNeutral).count();
+  if (growing == 0) return Departure::none;
+  const auto directions = modes.eigenvectors().leftCols(growing);
+  const Eigen::VectorXd force = scale.cwiseProduct(-r_), along = directions.transpose() * force;
+  const auto to_strains = [&](const Eigen::VectorXd& amplitudes) {
+    change = scale.cwiseProduct(directions * amplitudes);
+    return change.lpNorm<Eigen::Infinity>();
+  };
+  if (to_strains(along) <= kSymmetric) {
+    change *= kDeparture / to_strains(Eigen::VectorXd::Unit(growing, 0));
+    return Departure::ambiguous;
+  }
+  // The linear motion of each mode, until the largest strain is as large as asked.
+  const Eigen::ArrayXd rate = -modes.eigenvalues().head(growing).array();
+  const auto moved = [&](double time) {
+    return to_strains(along.array() * (rate * time).unaryExpr([](double x) { return std::expm1(x); }) / rate);
+  };
+  double shortest = 0.0, longest = 1.0 / rate.maxCoeff();
+  while (moved(longest) < kDeparture) shortest = longest, longest *= 2.0;
+  for (int k = 0; k < kBisections; ++k) {
+    const double time = 0.5 * (shortest + longest);
+    (moved(time) < kDeparture ? shortest : longest) = time;
+  }
+  moved(shortest);
+  return Departure::chosen;
+}
+
 core::Status Stability::descend(const Rod& rod, const Loads& loads, double tolerance, Vector& q) {
-  int perturbations = 0;
+  int departures = 0;
   double damping = 1.0;
   rod.static_residual(q.data(), loads, work_, r_);
   const int max_steps = has_moment(loads) ? kMaxMomentSteps : kMaxSteps;
   for (int step = 0; step < max_steps; ++step) {
     rod.tangent(work_, {.q = 1.0}, K_);
     const bool stable = factor(rod, kNeutral);
-    if (!stable && perturbations < kMaxPerturbations) {
-      const bool at_rest = (r_.array() / rod.stiffness().array()).abs().maxCoeff() < kAtRest;
-      const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> modes(Eigen::MatrixXd(0.5 * (K_ + K_.transpose())));
-      const Eigen::VectorXd softest = modes.eigenvectors().col(0);
-      if (at_rest || std::abs(softest.dot(r_)) < kSymmetric * r_.norm()) {
-        ++perturbations;
-        doubt_ = Doubt::ambiguous;
-        q += kPerturbation / softest.lpNorm<Eigen::Infinity>() * softest;
+    if (!stable && departures < kMaxDepartures) {
+      const Departure start = departure(rod, change_);
+      if (start == Departure::ambiguous) doubt_ = Doubt::ambiguous;
+      if (start != Departure::none) {
+        ++departures;
+        q += change_;
         damping = 1.0;
         rod.static_residual(q.data(), loads, work_, r_);
         continue;

@@ -93,6 +93,59 @@ TEST(RodStability, RandomLoadsEndWhereDampedMotionEnds) {
   }
 }
 
+TEST(RodStability, StraightRodBeyondEulersLoadFallsTheWayOfTheSmallestSideLoad) {
+  Parameters p = bare_rod();
+  const double euler = std::pow(0.5 * M_PI / p.length(), 2) * Section::of(p).stiffness[0];
+  for (int order : {2, 3, 4, 5, 6, 7})
+    for (double share : {0.9, 1.5, 2.0, 3.0, 5.0})
+      for (double side : {1e-6, -1e-6}) {
+        p.set(&Segment::order, order);
+        Bench bench(p);
+        set_force(bench, side * euler, 0.0, -share * euler);
+        ASSERT_TRUE(bench.solve_equilibrium()) << "order " << order << ", share " << share << ", side " << side;
+        EXPECT_EQ(bench.scratch.stability.doubt(), Stability::Doubt::none);
+        EXPECT_TRUE(tangent_is_positive(bench));
+        EXPECT_GT(bench.outputs().tip_p[0] * side, 0.0);
+        EXPECT_EQ(std::abs(bench.outputs().tip_p[0]) > 0.5 * p.length(), share > 1.0);
+        EXPECT_LT(distance_to_damped_motion(p, bench), 1e-9) << "order " << order << ", share " << share;
+      }
+}
+
+TEST(RodStability, SideLoadsTooSmallForMotionStillChooseTheSide) {
+  Parameters p = bare_rod();
+  const double euler = std::pow(0.5 * M_PI / p.length(), 2) * Section::of(p).stiffness[0];
+  for (double share : {1.01, 2.0, 12.0})
+    for (double size : {1e-9, 1e-11})
+      for (double angle : {0.0, 1.0, 2.5, 4.0}) {
+        Bench bench(p);
+        set_force(bench, size * euler * std::cos(angle), size * euler * std::sin(angle), -share * euler);
+        ASSERT_TRUE(bench.solve_equilibrium());
+        EXPECT_EQ(bench.scratch.stability.doubt(), Stability::Doubt::none);
+        const Triple tip = bench.outputs().tip_p;
+        EXPECT_NEAR(std::remainder(std::atan2(tip[1], tip[0]) - angle, 2.0 * M_PI), 0.0, 1e-4) << size;
+      }
+}
+
+TEST(RodStability, BuckledRodIsTheElasticaOfEllipticIntegrals) {
+  Parameters p = bare_rod();
+  p.set(&Segment::strains, Strains::bending);  // neither shears nor stretches
+  p.set(&Segment::order, 7);
+  const double L = p.length(), euler = std::pow(0.5 * M_PI / L, 2) * Section::of(p).stiffness[0];
+  for (double share : {1.5, 2.0, 3.0, 5.0}) {
+    double low = 0.0, high = 1.0;  // modulus k = sin(half of the tip's angle): share = (2 K(k)/pi)^2
+    for (int i = 0; i < 60; ++i) {
+      const double middle = 0.5 * (low + high);
+      (std::comp_ellint_1(middle) < 0.5 * M_PI * std::sqrt(share) ? low : high) = middle;
+    }
+    const double K = std::comp_ellint_1(low), E = std::comp_ellint_2(low);
+    Bench bench(p);
+    set_force(bench, 1e-6 * euler, 0.0, -share * euler);
+    ASSERT_TRUE(bench.solve_equilibrium());
+    EXPECT_NEAR(bench.outputs().tip_p[0], 2.0 * low / K * L, 1e-4 * L) << share;
+    EXPECT_NEAR(bench.outputs().tip_p[2], (2.0 * E / K - 1.0) * L, 1e-4 * L) << share;
+  }
+}
+
 TEST(RodStability, LargeAndSmallStepsOfLoadEndAtTheSameShape) {
   const auto tip = [](int steps) {
     Parameters p;
