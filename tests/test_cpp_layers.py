@@ -12,7 +12,7 @@ ROOT = Path(__file__).parents[1]
 ROOMS = {
     "rod_fmu": ("numerics", "physics", "mechanics", "integration", "pade", "fmu"),
     "thermal_fmu": ("physics", "mesh", "reduction", "levels", "fmu"),
-    "fmus": ("core", "model", "description", "runtime", "engine"),
+    "fmus": ("core", "model", "sum", "description", "runtime", "engine"),
 }
 STANDARD = "fmi2Functions.h"
 

@@ -16,7 +16,7 @@ import tca_cosim as tca
 from fmu_host import ROOT
 
 BUILD = ROOT / "build"
-NAMES = ("thermal", "rod")
+NAMES = ("thermal", "rod", "sum")
 EACH = pytest.mark.parametrize("name", NAMES)
 WINE = shutil.which("wine64") or "/usr/lib/wine/wine64"  # Debian's package has no command
 

@@ -4,7 +4,8 @@ Connected variables measure the same quantity; values are converted where their 
 unit, any fits. Names may hold any character: a text is split where both its ends name a variable; where that leaves a
 choice, or none, a table {from = "fmu.output", to = "fmu.input"} says it.
 
-A source may be a weighted sum: '0.5*lower.T + 0.5*upper.T -> rod.T', with spaces round its signs.
+A source may be a weighted sum: '0.5*lower.T + 0.5*upper.T -> rod.T', with spaces round its signs, or as a table
+{terms = [{from = "lower.T", factor = 0.5}, {from = "upper.T", factor = 0.5}], to = "rod.T"}.
 """
 
 from __future__ import annotations
@@ -72,12 +73,33 @@ _SIGN = re.compile(r"\s([-+])\s")
 
 def _entry_connections(members: Mapping[str, Member], entry: Any, layer: Layer) -> list[Connection]:
     """Connections of one entry: one for each element, and for each term of a sum."""
+    if isinstance(entry, Mapping) and "terms" in entry:
+        return _terms(members, entry, layer)
     if isinstance(entry, str) and _ARROW in entry:
         source, target = _split(members, entry)
         if not _candidates(members, source) and (_SIGN.search(source) or "*" in source):
             return _summed(members, source, target, entry, layer)
     text, source_end, target_end, scale = _parsed(members, entry, layer)
     return _connect(members, source_end, target_end, text, layer, *scale)
+
+
+def _terms(members: Mapping[str, Member], entry: Mapping[str, Any], layer: Layer) -> list[Connection]:
+    """Connect the sum of a table: {terms = [{from, factor, offset}, ...], to}, for names that a text cannot hold."""
+    terms, others = entry["terms"], sorted(set(entry) - {"terms", "to"})
+    if others or "to" not in entry or not isinstance(terms, list) or len(terms) < 2:
+        layer.refuse("connections", dict(entry), "give {terms = [{from, factor, offset}, ...], to}, two terms or more")
+    connections = []
+    for k, term in enumerate(terms):
+        if not isinstance(term, Mapping) or "to" in term:
+            layer.refuse("connections", term, "give a term as a table {from, factor, offset}")
+        text, source, target, scale = _parsed(members, {**term, "to": entry["to"]}, layer)
+        connections += [
+            replace(c, term=k, terms=len(terms)) for c in _connect(members, source, target, text, layer, *scale)
+        ]
+    sources = [(c.source, c.target) for c in connections]
+    if len(set(sources)) < len(sources):
+        layer.refuse("connections", dict(entry), "two terms have one output; add their factors")
+    return connections
 
 
 def _summed(members: Mapping[str, Member], source: str, target: str, text: str, layer: Layer) -> list[Connection]:

@@ -80,7 +80,7 @@ KEYS = {
     "record": "list of 'fmu.variable' that the result shows beside inputs and outputs",
     "parameters": "name of a parameter set, or a file, or with ssp one in the archive; default: fig3, or what is bound",
     "ssp": "file of an SSP archive, whose FMUs, wiring, values and stop time hold where the scene says nothing else",
-    "connections": "list of 'fmu.output -> fmu.input', sums '0.5*a.y + 0.5*b.y -> c.u', or {from, to, factor, offset}",
+    "connections": "list of 'fmu.output -> fmu.input', sums '0.5*a.y + 0.5*b.y -> c.u', or tables",
     "fmus": "table of name = 'file.fmu', in sweep order; default: thermal and rod",
     "coupling": "table of the settings of the master",
     "fidelity": "table: how much model to use, and what for",

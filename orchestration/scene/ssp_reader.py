@@ -3,7 +3,8 @@
 It gives FMUs, connections, values, times, and the macro step where OMSimulator's annotation has one.
 
 Systems of co-simulation FMUs of SSP 1.0, and of 2.0 as far as it says what 1.0 can say: nested systems, signal
-dictionaries, parameter mappings, units of connectors and parameter files, linear transformations. Members of the scene
+dictionaries, parameter mappings, units of connectors and parameter files, linear transformations; sum.fmu of this
+package becomes a weighted sum again. Members of the scene
 have the names of the components, with the systems that contain them: motor, axle.motor. What else the standard has is
 refused by the name of its element.
 """
@@ -19,6 +20,7 @@ from lxml import etree
 from ..fmi.archive import Archive
 from .ssp_archive import SPACES, SSPArchive
 from .ssp_structure import Component, Connector, Structure, attribute_number
+from .ssp_sums import is_sum, summed_sources
 from .ssp_values import values
 from .validation import Layer
 
@@ -69,16 +71,21 @@ def read(
         for name in components:
             if name in reserved:
                 opened.refuse(f"Component {name}", f"the name {name!r} is taken by a key of scenes; rename it")
-        connections = _connections(structure)
-        wired = {entry["to"] for entry in connections}
         given = values(structure, chosen)
+        sums = [name for name, component in components.items() if is_sum(component.archive)]
+        connections, gone = summed_sources(_connections(structure), given, sums)
+        wired = {entry["to"] for entry in connections}
         raw: dict[str, Any] = {
             "title": system.get("description") or root.get("name") or path.stem,
-            "fmus": {name: str(component.archive.path) for name, component in components.items()},
+            "fmus": {name: str(component.archive.path) for name, component in components.items() if name not in gone},
             "connections": connections,
             **_experiment(opened, root),
             # A connection replaces the start value of the input that it feeds.
-            **{name: {v: x for v, x in table.items() if (name, v) not in wired} for name, table in given.items()},
+            **{
+                name: {v: x for v, x in table.items() if (name, v) not in wired}
+                for name, table in given.items()
+                if name not in gone
+            },
         }
         return Layer(str(path), "\n".join(opened.texts), raw, numbered=False)
 

@@ -17,7 +17,7 @@ OMSimulator pass them on as such; Ecos and libcosim have no enumerations and lea
 from __future__ import annotations
 
 import zipfile
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from urllib.parse import quote
 
@@ -30,10 +30,12 @@ from ..fmi.archive import Variable
 from ..fmi.unpacking import open_archive
 from . import Member, Scene, parameter_sets, read
 from .manipulator import SSP_OUTPUTS
+from .ssp_sums import SUM_FMU, SumComponent, sum_archive, sum_components
 
 __all__ = ["SYSTEM", "write", "write_scene"]
 
 SYSTEM = "manipulator"
+_FMU = {"type": "application/x-fmu-sharedlibrary", "implementation": "CoSimulation"}
 Values = list[tuple[Variable, float | int | bool | str | None]]
 _NAMESPACES = {
     name: f"http://ssp-standard.org/SSP1/SystemStructure{whole}"
@@ -70,9 +72,14 @@ def _write(path: Path, scene: Scene, sets: Mapping[str, Scene], bound: str) -> N
         for set_name, other in sets.items():
             for owner, values in _values(other).items():
                 archive.writestr(_set_file(set_name, owner), _text(_parameter_set(values, set_name)))
+            for one in sum_components(other):
+                values = [(sum_archive().variables[name], value) for name, value in one.values.items()]
+                archive.writestr(_set_file(set_name, one.name), _text(_parameter_set(values, set_name)))
         for member in {_source(scene, member): member for member in scene.members}.values():
             with open_archive(member.archive.path) as file:
                 archive.writestr(_source(scene, member), file.read())
+        if any(c.terms > 1 for c in scene.connections):
+            archive.write(sum_archive().path, f"resources/{SUM_FMU}")
 
 
 def _structure(scene: Scene, bound: str) -> etree._Element:
@@ -85,28 +92,17 @@ def _structure(scene: Scene, bound: str) -> etree._Element:
             elements,
             "ssd:Component",
             name=member.name,
-            type="application/x-fmu-sharedlibrary",
+            **_FMU,
             source=quote(_source(scene, member)),
-            implementation="CoSimulation",
         )
         _connectors(component, used[member.name])
         bindings = _add(component, "ssd:ParameterBindings")
         _add(bindings, "ssd:ParameterBinding", source=_set_file(bound, member.name))
-    connections = _add(system, "ssd:Connections")
-    for c in scene.connections:
-        if c.terms > 1:
-            raise SceneError(
-                f"{scene.name}: {'.'.join(c.target)} is fed by a sum of {c.terms} outputs; SSP connects one output to "
-                "an input: let an FMU form the sum, or connect one of them"
-            )
-        start = {"startElement": c.source[0], "startConnector": c.source[1]}
-        end = {"endElement": c.target[0], "endConnector": c.target[1]}
-        if not c.transforms:
-            _add(connections, "ssd:Connection", **start, **end)
-            continue
-        # The factor of the scene contains the conversion of units.
-        connection = _add(connections, "ssd:Connection", **start, **end, suppressUnitConversion="true")
-        _add(connection, "ssc:LinearTransformation", factor=repr(c.factor), offset=repr(c.offset))
+    sums = list(sum_components(scene))
+    for one in sums:
+        _add_sum(elements, one, bound)
+    if scene.connections:
+        _add_connections(system, scene, sums)
     _simulation_information(system, scene)
     _units(root, "ssd:Units", [variable for variables in used.values() for variable in variables])
     experiment = _add(root, "ssd:DefaultExperiment", startTime=repr(scene.start_time), stopTime=repr(scene.stop_time))
@@ -116,11 +112,48 @@ def _structure(scene: Scene, bound: str) -> etree._Element:
     return root
 
 
+def _add_connections(system: etree._Element, scene: Scene, sums: Iterable[SumComponent]) -> None:
+    """Add the connections of a scene, those of its sums included."""
+    connections = _add(system, "ssd:Connections")
+    for one in sums:
+        _connect_sum(connections, one)
+    for c in scene.connections:
+        if c.terms > 1:
+            continue
+        start = {"startElement": c.source[0], "startConnector": c.source[1]}
+        end = {"endElement": c.target[0], "endConnector": c.target[1]}
+        if not c.transforms:
+            _add(connections, "ssd:Connection", **start, **end)
+            continue
+        # The factor of the scene contains the conversion of units.
+        connection = _add(connections, "ssd:Connection", **start, **end, suppressUnitConversion="true")
+        _add(connection, "ssc:LinearTransformation", factor=repr(c.factor), offset=repr(c.offset))
+
+
+def _add_sum(elements: etree._Element, one: SumComponent, bound: str) -> None:
+    """Add the component of a sum. Its connectors have no unit: the gains contain the conversion."""
+    component = _add(elements, "ssd:Component", name=one.name, **_FMU, source=f"resources/{SUM_FMU}")
+    variables = sum_archive().variables
+    _connectors(component, [variables[name] for name in (*(f"u[{k + 1}]" for k in range(len(one.terms))), "y")])
+    bindings = _add(component, "ssd:ParameterBindings")
+    _add(bindings, "ssd:ParameterBinding", source=_set_file(bound, one.name))
+
+
+def _connect_sum(connections: etree._Element, one: SumComponent) -> None:
+    """Connect the sources of a sum to it, and it to the input that it feeds."""
+    ends = [((source, name), (one.name, f"u[{k}]")) for k, ((source, name), _) in enumerate(one.terms, 1)]
+    if one.target is not None:
+        ends.append(((one.name, "y"), one.target))
+    for (source, output), (target, name) in ends:
+        ends_of = {"startElement": source, "startConnector": output, "endElement": target, "endConnector": name}
+        _add(connections, "ssd:Connection", **ends_of, suppressUnitConversion="true")
+
+
 def _source(scene: Scene, member: Member) -> str:
     """Entry of a member's FMU; members of one FMU share it."""
     name = member.archive.path.name
     others = {m.archive.path for m in scene.members if m.archive.path.name == name}
-    return f"resources/{name}" if len(others) == 1 else f"resources/{member.name}.fmu"
+    return f"resources/{name}" if len(others) == 1 and name != SUM_FMU else f"resources/{member.name}.fmu"
 
 
 def _used(member: Member, scene: Scene) -> list[Variable]:
@@ -171,7 +204,9 @@ def _values(scene: Scene) -> dict[str, Values]:
     return by_member
 
 
-def _connectors(parent: etree._Element, variables: Iterable[Variable]) -> None:
+def _connectors(parent: etree._Element, variables: Sequence[Variable]) -> None:
+    if not variables:  # the schema wants one at least
+        return
     connectors = _add(parent, "ssd:Connectors")
     for variable in variables:
         connector = _add(connectors, "ssd:Connector", name=variable.name, kind=variable.causality)
