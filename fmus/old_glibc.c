@@ -39,32 +39,32 @@ char __libc_single_threaded = 0;  // threads may run: reference counts are atomi
 
 struct search {
   ElfW(Addr) wanted;
-  struct dl_find_object* found;
+  struct dl_find_object* result;
 };
 
 static int examine(struct dl_phdr_info* object, size_t size, void* argument) {
   (void)size;
   struct search* search = argument;
   int is_here = 0;
-  search->found->dlfo_eh_frame = NULL;
+  search->result->dlfo_eh_frame = NULL;
   for (int i = 0; i < object->dlpi_phnum; ++i) {
     const ElfW(Phdr)* segment = &object->dlpi_phdr[i];
     const ElfW(Addr) start = object->dlpi_addr + segment->p_vaddr;
     if (segment->p_type == PT_LOAD && search->wanted - start < segment->p_memsz) {
       is_here = 1;
-      search->found->dlfo_map_start = (void*)start;
-      search->found->dlfo_map_end = (void*)(start + segment->p_memsz);
+      search->result->dlfo_map_start = (void*)start;
+      search->result->dlfo_map_end = (void*)(start + segment->p_memsz);
     }
-    if (segment->p_type == PT_GNU_EH_FRAME) search->found->dlfo_eh_frame = (void*)start;
+    if (segment->p_type == PT_GNU_EH_FRAME) search->result->dlfo_eh_frame = (void*)start;
   }
   return is_here;  // other than 0 ends the search
 }
 
 /// The loaded object that has an address, and its table for unwinding; 0 when there is one.
-int _dl_find_object(void* address, struct dl_find_object* found) {
-  *found = (struct dl_find_object){0};
-  struct search search = {(ElfW(Addr))address, found};
-  return dl_iterate_phdr(examine, &search) && found->dlfo_eh_frame ? 0 : -1;
+int _dl_find_object(void* address, struct dl_find_object* result) {
+  *result = (struct dl_find_object){0};
+  struct search search = {(ElfW(Addr))address, result};
+  return dl_iterate_phdr(examine, &search) && result->dlfo_eh_frame ? 0 : -1;
 }
 
 #endif

@@ -91,7 +91,7 @@ def campaign(count: int, seed: int) -> tuple[Counter[str], list[str]]:
 
 
 if __name__ == "__main__":
-    totals, found = campaign(int(sys.argv[1]), int((sys.argv[2:] or [0])[0]))
+    totals, actual = campaign(int(sys.argv[1]), int((sys.argv[2:] or [0])[0]))
     for what, often in sorted(totals.items()):
         print(f"{often:8} {what}")
-    print(f"{len(found):8} wrong", *found, sep="\n  ")
+    print(f"{len(actual):8} wrong", *actual, sep="\n  ")

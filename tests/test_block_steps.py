@@ -118,8 +118,8 @@ def test_without_the_blas_of_numpy_the_master_runs(taken: list[int], monkeypatch
 
 
 def test_sums_round_as_numpys() -> None:
-    found = compiled_arithmetic.find_arithmetic(frozenset(range(1, 13)), frozenset(range(1, 25)))
-    assert found is not None
+    actual = compiled_arithmetic.find_arithmetic(frozenset(range(1, 13)), frozenset(range(1, 25)))
+    assert actual is not None
 
 
 def test_norm_rounds_as_pythons() -> None:

@@ -104,7 +104,7 @@ def test_the_static_inverse_is_solved(tmp_path: Path, at_most) -> None:
     }
     options = {"ipopt.hessian_approximation": "limited-memory", "ipopt.print_level": 0, "ipopt.sb": "yes"}
     solver = ca.nlpsol("solver", "ipopt", problem, {**options, "print_time": False})
-    found = solver(
+    actual = solver(
         x0=[310.0] * 3 + [0.0] * 6,
         lbx=[298.15] * 3 + [-3.0] * 3 + [-0.3] * 3,
         ubx=[373.15] * 3 + [3.0] * 3 + [0.5] * 3,
@@ -112,6 +112,6 @@ def test_the_static_inverse_is_solved(tmp_path: Path, at_most) -> None:
         ubg=0.0,
     )
     assert solver.stats()["return_status"] == "Solve_Succeeded"
-    degrees = np.array(found["x"]).ravel()[:3] - 273.15
+    degrees = np.array(actual["x"]).ravel()[:3] - 273.15
     for value, expected in zip(degrees, [51.8466, 25.0, 42.3356], strict=True):
         at_most(f"temperature {value:.4f} degC, error [K]", abs(value - expected), 1e-3)

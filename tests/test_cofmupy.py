@@ -119,6 +119,6 @@ def test_their_side_stands_alone() -> None:
     """It runs where this package is not installed."""
     for name in ("cofmupy_side.py", "loop_gain.py"):
         tree = ast.parse((HERE / name).read_text())
-        found = [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)]
-        assert found
-        assert all(node.level == 0 and not node.module.startswith("tca_cosim") for node in found)
+        actual = [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)]
+        assert actual
+        assert all(node.level == 0 and not node.module.startswith("tca_cosim") for node in actual)

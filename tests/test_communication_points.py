@@ -14,8 +14,8 @@ from tca_cosim.cosim.communication_points import segments
 
 
 def ends_and_lengths(*arguments: object) -> tuple[np.ndarray, np.ndarray]:
-    found = list(segments(*arguments))
-    return np.array([segment.end for segment in found]), np.array([segment.length for segment in found])
+    actual = list(segments(*arguments))
+    return np.array([segment.end for segment in actual]), np.array([segment.length for segment in actual])
 
 
 @pytest.mark.parametrize(("step", "count"), [(1e-3, 20_000), (1e-3, 1_000_000), (0.1, 12_345)])
@@ -55,10 +55,10 @@ def test_steps_begin_anew_after_an_event() -> None:
 
 def test_an_event_at_a_communication_point_moves_none() -> None:
     """0.3 is not 3 * 0.1 to the last bit, nor is 0.30000000000000004 another event."""
-    found = list(segments(0.0, 1.0, 0.1, (0.3, 0.1 + 0.2, 0.7), (0.3,)))
-    assert len(found) == 10
-    np.testing.assert_array_equal([s.end for s in found[:-1]], np.arange(1, 10) * 0.1)
-    assert [k for k, s in enumerate(found, 1) if s.event] == [3, 7]
+    actual = list(segments(0.0, 1.0, 0.1, (0.3, 0.1 + 0.2, 0.7), (0.3,)))
+    assert len(actual) == 10
+    np.testing.assert_array_equal([s.end for s in actual[:-1]], np.arange(1, 10) * 0.1)
+    assert [k for k, s in enumerate(actual, 1) if s.event] == [3, 7]
 
 
 def test_events_at_the_ends_are_none() -> None:
@@ -66,8 +66,8 @@ def test_events_at_the_ends_are_none() -> None:
 
 
 def test_marks_end_steps_without_an_event() -> None:
-    found = list(segments(0.0, 1.0, None, (0.5,), (0.25, 0.5)))
-    assert [(s.end, s.event) for s in found] == [(0.25, False), (0.5, True), (1.0, False)]
+    actual = list(segments(0.0, 1.0, None, (0.5,), (0.25, 0.5)))
+    assert [(s.end, s.event) for s in actual] == [(0.25, False), (0.5, True), (1.0, False)]
 
 
 @pytest.mark.parametrize(

@@ -97,9 +97,9 @@ def test_parameters_that_are_differences(units: str, unit: str, tmp_path: Path) 
     ]
     make_fmu(tmp_path / "a.fmu", [*variables, real("y")], units=units)
     described = {"stop_time": 1, "connections": [], "fmus": {"a": str(tmp_path / "a.fmu")}}
-    found = read({**described, "a": {"dT": "5 degC", "T": "300 K"}}, (), cached_archive).member("a")
-    assert found.value("dT") == 5.0
-    assert found.value("T") == pytest.approx(26.85 if unit == "degC" else 300.0)
+    actual = read({**described, "a": {"dT": "5 degC", "T": "300 K"}}, (), cached_archive).member("a")
+    assert actual.value("dT") == 5.0
+    assert actual.value("T") == pytest.approx(26.85 if unit == "degC" else 300.0)
 
 
 NAMES = ["dy/dt", "speed [km/h]", "P/Q", "größe", "x -> y", 'say "hi"', "a.b.c", "100 %", "T[1]", "T[0]"]
@@ -110,9 +110,9 @@ def test_names_hold_any_character(tmp_path: Path) -> None:
     takes = [real(name, "input", start=0) for name in NAMES]
     make_fmu(tmp_path / "a.fmu", gives, output="".join(f"real[{k}] = {k + 1};" for k in range(len(NAMES))))
     make_fmu(tmp_path / "b.fmu", [*takes, real("y")])
-    found = scene(tmp_path, [f"a.{name} -> b.{name}" for name in NAMES[:-2]], a="a.fmu", b="b.fmu")
-    assert [(c.source[1], c.target[1]) for c in found.connections] == [(name, name) for name in NAMES[:-2]]
-    result = tca.run(found)
+    actual = scene(tmp_path, [f"a.{name} -> b.{name}" for name in NAMES[:-2]], a="a.fmu", b="b.fmu")
+    assert [(c.source[1], c.target[1]) for c in actual.connections] == [(name, name) for name in NAMES[:-2]]
+    result = tca.run(actual)
     tca.write(result, tmp_path / "r.nc")
     tca.write(result, tmp_path / "r.csv")
     assert result["b.dy/dt"].to_numpy()[-1] == 1.0
@@ -128,9 +128,9 @@ def test_elements_go_by_index(tmp_path: Path) -> None:
         output="".join(f"real[{n}] = {k};" for n, k in enumerate(order)),
     )
     make_fmu(tmp_path / "b.fmu", [real(f"u[{k}]", "input", start=0) for k in range(1, 13)])
-    found = scene(tmp_path, ["a.y -> b.u"], a="a.fmu", b="b.fmu")
-    assert {(c.source[1][1:], c.target[1][1:]) for c in found.connections} == {(f"[{k}]",) * 2 for k in range(1, 13)}
-    assert tca.run(found)["b.u"].to_numpy()[-1].tolist() == list(range(1, 13))
+    actual = scene(tmp_path, ["a.y -> b.u"], a="a.fmu", b="b.fmu")
+    assert {(c.source[1][1:], c.target[1][1:]) for c in actual.connections} == {(f"[{k}]",) * 2 for k in range(1, 13)}
+    assert tca.run(actual)["b.u"].to_numpy()[-1].tolist() == list(range(1, 13))
 
 
 def kinds(causality: str) -> list[Variable]:

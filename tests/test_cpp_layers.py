@@ -24,22 +24,22 @@ def includes(file: Path) -> list[str]:
 
 def violations(model: Path, rooms: tuple[str, ...]) -> list[str]:
     """Includes that point to a later room, to no room, or from a lower room to the FMI runtime."""
-    found = []
+    faults = []
     for file in sorted(model.rglob("*.?pp")):
         parts = file.relative_to(model).parts
         if parts == ("unload.cpp",):
             continue
         if len(parts) < 2 or parts[0] not in rooms:
-            found.append(f"{file.relative_to(model)} is in none of the rooms")
+            faults.append(f"{file.relative_to(model)} is in none of the rooms")
             continue
         for path in includes(file):
             target = path.split("/")[0]
             is_own = (model / path).is_file()
             if is_own and rooms.index(target) > rooms.index(parts[0]):
-                found.append(f"{file.relative_to(model)} includes {path}")
+                faults.append(f"{file.relative_to(model)} includes {path}")
             if not is_own and target not in ("core", STANDARD) and parts[0] != rooms[-1]:
-                found.append(f"{file.relative_to(model)} includes {path} of the FMI runtime")
-    return found
+                faults.append(f"{file.relative_to(model)} includes {path} of the FMI runtime")
+    return faults
 
 
 @pytest.mark.parametrize("model", ROOMS)

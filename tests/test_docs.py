@@ -60,8 +60,8 @@ def test_every_command_is_there_once_and_says_what_it_does() -> None:
 
 def test_every_key_is_there_once_with_its_meaning() -> None:
     for title, keys in {"## Scenes": scene.KEYS, "## Sweeps": sweep.KEYS}.items():
-        found = entries(section(title))
-        assert all(found[key] >= 1 and meaning for key, meaning in keys.items())
+        actual = entries(section(title))
+        assert all(actual[key] >= 1 and meaning for key, meaning in keys.items())
     tables = {f"### Table `[{name}]`": kind for name, kind in scene.TABLES.items()}
     for title, kind in tables.items():
         assert entries(section(title)) == Counter(list(declared(kind)))
@@ -73,9 +73,9 @@ def test_every_key_is_there_once_with_its_meaning() -> None:
 def test_every_variable_is_there_once(name: str) -> None:
     with Archive(find_fmu(f"{name}.fmu")) as archive:
         variables = archive.variables
-    found = entries(section(f"## {name}.fmu"))
-    assert set(found.values()) == {1}
-    assert Counter(itertools.chain.from_iterable(map(expanded, found))) == Counter(list(variables))
+    actual = entries(section(f"## {name}.fmu"))
+    assert set(actual.values()) == {1}
+    assert Counter(itertools.chain.from_iterable(map(expanded, actual))) == Counter(list(variables))
     assert all(v.description for v in variables.values())
 
 

@@ -57,13 +57,13 @@ def test_a_lower_degree_keeps_ends_and_mean(degree: int) -> None:
     c, h = (0.7, -1.3, 0.8, 12.6), 0.4
     lower = reduce_degree(c, h, degree)
     s = np.linspace(0.0, h, 4001)
-    exact, found = value(np.array(c), s), value(np.array(lower), s)
+    exact, actual = value(np.array(c), s), value(np.array(lower), s)
     assert not any(lower[degree + 1 :])
-    assert found[-1] == pytest.approx(exact[-1])
+    assert actual[-1] == pytest.approx(exact[-1])
     if degree > 0:
-        assert found[0] == pytest.approx(exact[0])
+        assert actual[0] == pytest.approx(exact[0])
     if degree > 1:
-        assert np.trapezoid(found, s) == pytest.approx(np.trapezoid(exact, s), rel=1e-6)
+        assert np.trapezoid(actual, s) == pytest.approx(np.trapezoid(exact, s), rel=1e-6)
     own = (*c[: degree + 1], *(0.0,) * (3 - degree))
     assert reduce_degree(own, h, degree) == pytest.approx(own)
 
@@ -72,7 +72,7 @@ def test_a_method_is_replaced_by_the_best_that_both_ends_allow() -> None:
     for method in METHODS.values():
         for degree in range(4):
             for has_rates in (False, True):
-                found = available(method, degree, has_rates)
-                assert found.order - 1 <= degree
-                assert has_rates or not found.needs_derivatives
-                assert found is method or found.order < method.order
+                actual = available(method, degree, has_rates)
+                assert actual.order - 1 <= degree
+                assert has_rates or not actual.needs_derivatives
+                assert actual is method or actual.order < method.order

@@ -89,15 +89,15 @@ def test_directional_derivatives_are_those_of_the_functions(subject: Subject):
         unknowns = [*fmu.rate_references, *fmu.references(fmu.outputs)]
         known = [*fmu.state_references, *(v.valueReference for v in inputs)]
         look(0.0)
-        found = np.array(fmu.getDirectionalDerivative(unknowns, known, [*dx, *du]))
+        actual = np.array(fmu.getDirectionalDerivative(unknowns, known, [*dx, *du]))
         h = 4e-3
         d = [(look(h * k) - look(-h * k)) / (2 * h * k) for k in (1, 2, 3)]
         expected = 1.5 * d[0] - 0.6 * d[1] + 0.1 * d[2]
         scale = 1e-3 * np.abs(look(0.0)) + np.abs(expected)
     estimates = ("T_max", "reduction.bound", "spatial_error")  # largest values of something: not smooth
     smooth = [k for k, name in enumerate([*[""] * x.size, *fmu.outputs]) if name not in estimates]
-    assert np.abs(found)[smooth].max() > 0.0
-    np.testing.assert_array_less(np.abs(found - expected)[smooth], 1e-8 * scale[smooth] + 1e-11)
+    assert np.abs(actual)[smooth].max() > 0.0
+    np.testing.assert_array_less(np.abs(actual - expected)[smooth], 1e-8 * scale[smooth] + 1e-11)
 
 
 @EACH

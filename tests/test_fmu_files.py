@@ -170,7 +170,7 @@ def test_declared_dependencies_are_the_true_ones(path: Path):
             for name, a, b in zip(fmu.outputs, before, after, strict=True):
                 if a != b:
                     acting[name].add(variable.name)
-        undeclared = {name: found - declared[name] for name, found in acting.items() if found - declared[name]}
+        undeclared = {name: actual - declared[name] for name, actual in acting.items() if actual - declared[name]}
         assert not undeclared
 
 

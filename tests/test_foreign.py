@@ -91,7 +91,7 @@ ours[1].close()  # the others are still there at exit
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """saved: with state saving; bare: without; curved: claims to interpolate inputs; rigid: equal steps only."""
-    place = tmp_path_factory.mktemp("foreign")
+    folder_of_fmus = tmp_path_factory.mktemp("foreign")
     kinds = {
         "saved": {"canGetAndSetFMUstate": True},
         "bare": {},
@@ -100,8 +100,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     }
     for kind, options in kinds.items():
         for name in ("gain", "controller", "oscillator"):
-            pythonfmu.FmuBuilder.build_FMU(SOURCES / f"foreign_{name}.py", place / kind, **options)
-    return place
+            pythonfmu.FmuBuilder.build_FMU(SOURCES / f"foreign_{name}.py", folder_of_fmus / kind, **options)
+    return folder_of_fmus
 
 
 @pytest.fixture
@@ -231,8 +231,8 @@ def test_exit_touches_no_freed_memory(folder: Path) -> None:
     assert "a broken part" in done.stdout
     assert "refused: Failed to instantiate" in done.stdout
     # The loader's and Python's own findings are not ours.
-    found = [text for text in re.split(r"(?m)^==\d+== \n", done.stderr) if "Invalid" in text and "/binaries/" in text]
-    assert not found, found[0]
+    actual = [text for text in re.split(r"(?m)^==\d+== \n", done.stderr) if "Invalid" in text and "/binaries/" in text]
+    assert not actual, actual[0]
 
 
 def test_steps_of_one_length_only(scene: Callable[..., Any]) -> None:

@@ -49,11 +49,11 @@ def archive(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def ours() -> dict[float, tuple[np.ndarray, np.ndarray]]:
     """By macro step: T [K] and tip [m] at the ends of the macro steps."""
-    found = {}
+    actual = {}
     for h in STEPS:
         result = tca.run(tca.read("step", ["rod.closure=inside", f"coupling.macro_step={h}"]))
-        found[h] = result["thermal.T"].to_numpy()[1:], result["rod.tip.p"].to_numpy()[1:]
-    return found
+        actual[h] = result["thermal.T"].to_numpy()[1:], result["rod.tip.p"].to_numpy()[1:]
+    return actual
 
 
 # Order of the error of the rod, which is at equilibrium with the temperature that the host gives it: that of the step

@@ -166,10 +166,10 @@ def test_lengths_of_a_hanging_tca_give_the_measured_law(tmp_path: Path, at_most)
     assert result.exit_code == 0, result.output
     assert "do not tell" not in result.output
     assert "not converged" not in result.output
-    told = json.loads((tmp_path / "hanging_tca.estimate.json").read_text(encoding="utf-8"))
-    at_most("measured lengths [m rms]", told["residuals_rms"]["rod.tip.p"], 0.6e-3)
-    np.testing.assert_allclose(told["values"], list(MEASURED_LAW.values()), rtol=2e-3)
-    low, high = np.array(told["intervals_95"]).T
+    written = json.loads((tmp_path / "hanging_tca.estimate.json").read_text(encoding="utf-8"))
+    at_most("measured lengths [m rms]", written["residuals_rms"]["rod.tip.p"], 0.6e-3)
+    np.testing.assert_allclose(written["values"], list(MEASURED_LAW.values()), rtol=2e-3)
+    low, high = np.array(written["intervals_95"]).T
     assert ((low < list(MEASURED_LAW.values())) & (list(MEASURED_LAW.values()) < high)).all()
     other = tca.read("hang", {"parameters": str(tmp_path / "hanging_tca.parameters.toml"), "body.length": 88.29e-3})
     rod = other.member("rod")

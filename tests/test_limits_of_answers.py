@@ -137,8 +137,8 @@ def forgeries(fmu: FMU2Host, data: bytes) -> Iterator[tuple[str, bytes]]:
         at = (8 * (HEADER_WORDS + index), 8 * (HEADER_WORDS + len(parameters) + 4 * len(inputs) + 1 + index))
         for value in (1e9, math.nan, -1.0, float(variable.min or 0.0), float(variable.max or 1.0)):
             forged = bytearray(data)
-            for place in at:
-                forged[place : place + 8] = struct.pack("d", value)
+            for position in at:
+                forged[position : position + 8] = struct.pack("d", value)
             forged[-8:] = struct.pack("Q", checksum(forged[:-8]))
             yield f"{variable.name} = {value}", bytes(forged)
 

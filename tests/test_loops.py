@@ -119,10 +119,10 @@ def searches(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> list[str]:
     """Names of the scenes that are searched, from an empty cache on."""
     monkeypatch.setenv(cache.VARIABLE, str(tmp_path / "cache"))
     monkeypatch.setattr(kept_choice, "_CHOICES", {})
-    found: list[str] = []
+    calls: list[str] = []
     propose = selection.propose_choice
-    monkeypatch.setattr(selection, "propose_choice", lambda *how: (found.append("search"), propose(*how))[1])
-    return found
+    monkeypatch.setattr(selection, "propose_choice", lambda *how: (calls.append("search"), propose(*how))[1])
+    return calls
 
 
 def test_the_same_scene_is_searched_once(searches: list[str]) -> None:

@@ -42,14 +42,14 @@ def test_a_table_of_runs_gives_what_each_run_gives(more: dict, engine: bool) -> 
     table = {**TABLE, **more}
     outputs = ["rod.tip.p", "thermal.T"]
     assert (many_runs.EngineRuns.of(scene, table, outputs) is not None) == engine
-    found = tca.run_many(scene, table, outputs)
-    assert "rod.body.E = -1.0: out of range" in found.failures[3]
-    assert np.isnan(found.outputs[3]).all()
+    actual = tca.run_many(scene, table, outputs)
+    assert "rod.body.E = -1.0: out of range" in actual.failures[3]
+    assert np.isnan(actual.outputs[3]).all()
     for k in range(3):
-        assert found.failures[k] == ""
+        assert actual.failures[k] == ""
         alone = tca.run(scene, {name: values[k] for name, values in table.items()})
         for name in outputs:
-            assert np.array_equal(found[name][k], alone[name][1:])
+            assert np.array_equal(actual[name][k], alone[name][1:])
 
 
 @pytest.mark.parametrize(
@@ -71,19 +71,19 @@ def test_killed_and_resumed(tmp_path: Path) -> None:
     process, byte for byte."""
     (tmp_path / "mine.toml").write_text("runs = 4000\n" + QUICK + TWO)
     command = [sys.executable, "-c", "from tca_cosim.cli import app; app()", "sweep", "mine.toml", "--workers", "2"]
-    about = {"cwd": tmp_path, "env": {**os.environ, "PYTHONPATH": str(PACKAGES)}, "text": True}
-    first = subprocess.Popen([*command], **about, stdout=subprocess.DEVNULL, start_new_session=True)
+    options = {"cwd": tmp_path, "env": {**os.environ, "PYTHONPATH": str(PACKAGES)}, "text": True}
+    first = subprocess.Popen([*command], **options, stdout=subprocess.DEVNULL, start_new_session=True)
     log = tmp_path / "results" / "mine.sweep.sqlite-wal"
     while not (log.is_file() and log.stat().st_size > 60_000):
         assert first.poll() is None
         time.sleep(0.02)
     os.killpg(first.pid, signal.SIGKILL)
     first.wait()
-    done = subprocess.run([*command, "--runs", "32"], **about, capture_output=True, check=True).stdout
-    found, now = (int(done.replace("\n", " ").split(word)[0].split()[-1]) for word in (" finished before", " now in"))
-    assert found > 2
-    assert found + now == 32
-    subprocess.run([*command[:-1], "0", "--runs", "32", "--out", "whole"], **about, capture_output=True, check=True)
+    done = subprocess.run([*command, "--runs", "32"], **options, capture_output=True, check=True).stdout
+    actual, now = (int(done.replace("\n", " ").split(word)[0].split()[-1]) for word in (" finished before", " now in"))
+    assert actual > 2
+    assert actual + now == 32
+    subprocess.run([*command[:-1], "0", "--runs", "32", "--out", "whole"], **options, capture_output=True, check=True)
     names = [tmp_path / folder / "mine.sweep.nc" for folder in ("results", "whole")]
     assert names[0].read_bytes() == names[1].read_bytes()
 
@@ -100,6 +100,6 @@ class Dies:
 
 def test_a_run_that_kills_its_process_is_a_failure_of_its_own() -> None:
     with dask.config.set({"distributed.scheduler.allowed-failures": 0}):
-        found = dict(spread([Dies(), lambda: "done"], workers=1))
-    assert found[0].startswith("the process that ran it died")
-    assert found[1] == "done"
+        actual = dict(spread([Dies(), lambda: "done"], workers=1))
+    assert actual[0].startswith("the process that ran it died")
+    assert actual[1] == "done"

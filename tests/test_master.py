@@ -26,9 +26,9 @@ def test_what_feeds_a_loop_is_stepped_once_per_macro_step() -> None:
 
 def test_order_of_work() -> None:
     connections = wires("b.y -> c.u", "c.y -> b.u", "c.y -> a.u", "d.y -> b.v", "a.y -> a.w")
-    found = components(["a", "b", "c", "d"], connections)
-    assert [component.members for component in found] == [("d",), ("b", "c"), ("a",)]
-    assert [[str(c) for c in component.torn] for component in found] == [[], ["c.y -> b.u"], ["a.y -> a.w"]]
+    actual = components(["a", "b", "c", "d"], connections)
+    assert [component.members for component in actual] == [("d",), ("b", "c"), ("a",)]
+    assert [[str(c) for c in component.torn] for component in actual] == [[], ["c.y -> b.u"], ["a.y -> a.w"]]
     assert len(components(["b", "c", "d", "a"], connections, jacobi=True)[1].torn) == 2
 
 

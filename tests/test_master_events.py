@@ -148,14 +148,14 @@ def test_undeclared_nominals_follow_the_values_in_steps_of_ten() -> None:
 def test_statistics_count_what_was_done() -> None:
     systems = [Wrapped(system, longest=0.06) for system in dahlquist()[0]]
     master, log = couple(systems, dahlquist()[1], 0.5, 0.1)
-    found = summarize(master, log)
-    assert found["steps"] == len(log) == 10
-    assert found["rejected_steps"] == 5
-    assert found["rollbacks"] == sum(system.restores for system in systems)
-    assert found["sweeps_per_step"] == pytest.approx(sum(entry.sweeps for entry in log) / 10)
-    assert found["most_sweeps"] == max(entry.sweeps for entry in log)
-    assert (found["smallest_step_s"], found["largest_step_s"]) == pytest.approx((0.05, 0.05))
-    seconds = found["seconds"]
+    actual = summarize(master, log)
+    assert actual["steps"] == len(log) == 10
+    assert actual["rejected_steps"] == 5
+    assert actual["rollbacks"] == sum(system.restores for system in systems)
+    assert actual["sweeps_per_step"] == pytest.approx(sum(entry.sweeps for entry in log) / 10)
+    assert actual["most_sweeps"] == max(entry.sweeps for entry in log)
+    assert (actual["smallest_step_s"], actual["largest_step_s"]) == pytest.approx((0.05, 0.05))
+    seconds = actual["seconds"]
     assert set(seconds["subsystems"]) == {"plant", "law"}
     parts = [*seconds["subsystems"].values(), seconds["recording"], seconds["master"]]
     assert sum(parts) == pytest.approx(master.seconds, abs=1e-5)

@@ -173,7 +173,7 @@ SUGGESTED = [name for name, (_, words) in MISTAKES.items() if any("did you mean"
 def mended(arguments: Sequence[str], suggestion: str) -> list[str]:
     """The arguments with the word that is most like the suggestion replaced by it."""
     word = r"[\w.]+(?:\[\d+\])?" if "." in suggestion else r"\w+"
-    words = {found for argument in arguments[1:] for found in re.findall(word, argument)} - {suggestion}
+    words = {part for argument in arguments[1:] for part in re.findall(word, argument)} - {suggestion}
     (wrong,) = difflib.get_close_matches(suggestion, words, 1, 0.0)
     return [arguments[0], *(argument.replace(wrong, suggestion) for argument in arguments[1:])]
 

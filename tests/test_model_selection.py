@@ -50,15 +50,15 @@ def test_residual_is_what_an_oscillator_keeps_after_a_ramp(periods: float) -> No
 
 def test_numbers_of_a_round_rod() -> None:
     """I/A = R^2/4, E/G = 2 (1 + nu) = 3; R/L = 1/8; weight and first frequency as in textbooks."""
-    found = dimensionless_numbers(read("drop"))
-    assert found.extension == pytest.approx(1.0 / 256.0)
-    assert found.shear == pytest.approx(12.0 * 3.0 / 256.0)
-    assert found.biot == pytest.approx(20.0 * 5e-3 / 0.19)
-    assert found.gravity == pytest.approx(4.0 * 1040.0 * 9.81 * 0.04**3 / (37.8e3 * 5e-3**2))
-    assert found.frequency == pytest.approx(5.2713, rel=1e-4)
-    assert found.ramp == 0.0
-    assert found.residual == 1.0
-    assert not found.arc
+    actual = dimensionless_numbers(read("drop"))
+    assert actual.extension == pytest.approx(1.0 / 256.0)
+    assert actual.shear == pytest.approx(12.0 * 3.0 / 256.0)
+    assert actual.biot == pytest.approx(20.0 * 5e-3 / 0.19)
+    assert actual.gravity == pytest.approx(4.0 * 1040.0 * 9.81 * 0.04**3 / (37.8e3 * 5e-3**2))
+    assert actual.frequency == pytest.approx(5.2713, rel=1e-4)
+    assert actual.ramp == 0.0
+    assert actual.residual == 1.0
+    assert not actual.arc
     assert dimensionless_numbers(read("load")).tip == pytest.approx(0.05 * 0.04**2 / (37.8e3 * math.pi * 5e-3**4 / 4.0))
     assert dimensionless_numbers(read("hang")).ramp == 30.0  # at equilibrium from the start: gravity is no jump
     assert dimensionless_numbers(read("tap")).ramp == 0.02
@@ -136,8 +136,8 @@ def test_dimensionless_numbers_propose_levels() -> None:
     ],
 )
 def test_planes_that_everything_mirrors_in(scene: str, overrides: list[str], degrees: float | None) -> None:
-    found = symmetry_plane(scenes.read(scene, overrides, cached_archive))
-    assert found is None if degrees is None else math.degrees(found) == pytest.approx(degrees)
+    actual = symmetry_plane(scenes.read(scene, overrides, cached_archive))
+    assert actual is None if degrees is None else math.degrees(actual) == pytest.approx(degrees)
 
 
 # -- hierarchies and measure -------------------------------------------------------------------------------------------
@@ -161,13 +161,13 @@ def test_every_level_is_what_the_fmus_allow() -> None:
 
 def test_a_choice_closes_the_loop_inside_and_has_no_level_to_choose_any_more() -> None:
     scene = read("step", ["fidelity.level=auto", "coupling.method=plain", "coupling.control=doubling"])
-    found = apply_choice(scene, dict.fromkeys((a.name for a in model_hierarchies(scene)), 0))
-    assert found.accuracy.level == "given"
-    assert found.member("rod").value("closure") == 1
-    assert [str(c) for c in found.connections if c.target[0] == "rod"] == [
+    actual = apply_choice(scene, dict.fromkeys((a.name for a in model_hierarchies(scene)), 0))
+    assert actual.accuracy.level == "given"
+    assert actual.member("rod").value("closure") == 1
+    assert [str(c) for c in actual.connections if c.target[0] == "rod"] == [
         f"thermal.T[{k}] -> rod.T[{k}]" for k in (1, 2, 3)
     ]
-    assert (found.coupling.method, found.coupling.control) == ("plain", "fixed")
+    assert (actual.coupling.method, actual.coupling.control) == ("plain", "fixed")
 
 
 def made(values: np.ndarray, times: np.ndarray) -> Trajectory:
@@ -183,8 +183,8 @@ def test_errors_are_shares_of_the_range() -> None:
     fine = np.linspace(0.0, 2.0 * np.pi, 201)
     circle = 1e-3 * np.column_stack([np.cos(fine), np.sin(fine), 0.0 * fine])
     moved = circle[::10] + np.where(np.arange(21) % 2 == 0, 1e-4, 0.0)[:, None] * [0.0, 0.6, 0.8]
-    found = relative_error(made(moved, fine[::10]), made(circle, fine), least(1e-9))
-    assert found == pytest.approx(0.1 * math.sqrt(11.0 / 21.0) / math.sqrt(8.0))
+    actual = relative_error(made(moved, fine[::10]), made(circle, fine), least(1e-9))
+    assert actual == pytest.approx(0.1 * math.sqrt(11.0 / 21.0) / math.sqrt(8.0))
     still = made(0.0 * circle, fine)
     assert relative_error(made(0.0 * circle + 1e-6, fine), still, least(1e-3)) == pytest.approx(math.sqrt(3.0) * 1e-3)
     assert requested_quantities(read("step")) == least(pytest.approx(1e-5))
@@ -223,12 +223,12 @@ def test_the_largest_term_is_refined_and_the_rest_stays() -> None:
 
 def test_what_was_proposed_too_rich_comes_down() -> None:
     runs = Known(heat=1e-6, inertia=1e-6, order=5.0)
-    found = coarsen(runs, HIERARCHIES, {"heat": 4, "inertia": 3, "order": 5}, 1e-2, 1.0, lambda c, e: None)
-    assert (found.choice["inertia"], found.choice["order"]) == (0, 3)
-    assert found.rejected["order"] > SHARE * 1e-2 >= found.estimate
-    assert found.estimate == pytest.approx(runs.value(found.choice), rel=0.1)
-    assert set(found.gaps) == {"heat", "inertia", "order"}
-    assert comparison_choice(HIERARCHIES, found.choice)["order"] == 4
+    actual = coarsen(runs, HIERARCHIES, {"heat": 4, "inertia": 3, "order": 5}, 1e-2, 1.0, lambda c, e: None)
+    assert (actual.choice["inertia"], actual.choice["order"]) == (0, 3)
+    assert actual.rejected["order"] > SHARE * 1e-2 >= actual.estimate
+    assert actual.estimate == pytest.approx(runs.value(actual.choice), rel=0.1)
+    assert set(actual.gaps) == {"heat", "inertia", "order"}
+    assert comparison_choice(HIERARCHIES, actual.choice)["order"] == 4
 
 
 @pytest.mark.parametrize(("moved", "lowered"), [(1.0, (1, 2)), (0.0, (0, 5))])
@@ -239,8 +239,8 @@ def test_time_steps_come_down_where_there_are_any(moved: float, lowered: tuple[i
         ModelHierarchy("step", "time", None, ({},) * 9),
     )
     runs = Known(inertia=moved, step=0.1)
-    found = coarsen(runs, hierarchies, {"inertia": 1, "step": 5}, 1e-2, 1.0, lambda c, e: None)
-    assert (found.choice["inertia"], found.choice["step"]) == lowered
+    actual = coarsen(runs, hierarchies, {"inertia": 1, "step": 5}, 1e-2, 1.0, lambda c, e: None)
+    assert (actual.choice["inertia"], actual.choice["step"]) == lowered
 
 
 def test_a_tolerance_that_no_level_meets() -> None:
@@ -255,10 +255,10 @@ def test_a_tolerance_that_no_level_meets() -> None:
 def test_hierarchies_are_those_of_the_models_that_a_scene_has(tmp_path: Path) -> None:
     whole = {h.name for h in model_hierarchies(read("step")) if h.model is not None}
     heat = {"fmus": {"thermal": "thermal.fmu"}, "connections": [], "stop_time": 1.0}
-    found = {h.name: h.model for h in model_hierarchies(read(heat))}
-    assert {model for model in found.values() if model} == {"thermal"}
-    assert {name for name, model in found.items() if model} < whole
-    assert "macro" in found
+    actual = {h.name: h.model for h in model_hierarchies(read(heat))}
+    assert {model for model in actual.values() if model} == {"thermal"}
+    assert {name for name, model in actual.items() if model} < whole
+    assert "macro" in actual
     make_fmu(tmp_path / "thermal.fmu", [real("u", "input", start=0), real("y")])  # of that name, without its settings
     other = {**heat, "fmus": {"thermal": str(tmp_path / "thermal.fmu")}}
     assert not [h.name for h in model_hierarchies(read(other)) if h.model is not None]
@@ -280,9 +280,9 @@ def test_what_no_run_can_tell_is_not_known() -> None:
         return Known.difference(runs, choice, better, stop)
 
     runs.difference = difference
-    found = coarsen(runs, HIERARCHIES, {"heat": 0, "inertia": 3, "order": 3}, 1e-2, 1.0, lambda c, e: None)
-    assert math.isnan(found.gaps["heat"])
-    assert 0.0 < found.gaps["order"] < 1e-2
+    actual = coarsen(runs, HIERARCHIES, {"heat": 0, "inertia": 3, "order": 3}, 1e-2, 1.0, lambda c, e: None)
+    assert math.isnan(actual.gaps["heat"])
+    assert 0.0 < actual.gaps["order"] < 1e-2
     said = model_selection.select(read("load", ["stop_time=0.2"]))
     unknown = replace(said.search, gaps={**said.search.gaps, "heat": 0.0, "macro": math.nan})
     text = replace(said, search=unknown).result(true=math.inf).attrs["fidelity"]
@@ -317,9 +317,9 @@ def test_time_steps_are_compared_with_a_coarser_heat(levels: int, compared: int)
         return Known.difference(runs, coarse, fine, stop)
 
     runs.difference = difference
-    found = reference_choice(runs, hierarchies, [{"heat": 0, "step": 2, "macro": 1}], 1e-3)
+    actual = reference_choice(runs, hierarchies, [{"heat": 0, "step": 2, "macro": 1}], 1e-3)
     assert heats == {compared}
-    assert found["heat"] == levels - 1
+    assert actual["heat"] == levels - 1
 
 
 @pytest.mark.parametrize(("name", "arcs"), [("step", True), ("load", False)])

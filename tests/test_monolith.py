@@ -120,16 +120,16 @@ BARE = (
 )
 
 
-def nearest(found: monolith.Modes, known: float) -> monolith.Mode:
-    return min(found.modes, key=lambda mode: abs(mode.frequency - known))
+def nearest(actual: monolith.Modes, known: float) -> monolith.Mode:
+    return min(actual.modes, key=lambda mode: abs(mode.frequency - known))
 
 
 def test_frequencies_of_the_bare_rod() -> None:
     """Timoshenko's beam: bending 1 to 3, axial, torsion."""
-    found = monolith.natural_modes(read("step", BARE))
+    actual = monolith.natural_modes(read("step", BARE))
     for known in (5.0149, 26.471, 62.150, 37.1479, 21.4473):
-        assert nearest(found, known).frequency == pytest.approx(known, rel=1e-4)
-    assert abs(found.modes[0].damping) < 1e-9
+        assert nearest(actual, known).frequency == pytest.approx(known, rel=1e-4)
+    assert abs(actual.modes[0].damping) < 1e-9
 
 
 def test_frequencies_with_cold_tcas_wherever_the_loop_is_closed() -> None:
@@ -137,15 +137,15 @@ def test_frequencies_with_cold_tcas_wherever_the_loop_is_closed() -> None:
     undamped = ("rod.order=7", "rod.body.retardation=0")
     inside = monolith.natural_modes(read("step", ["rod.dynamic=true", "rod.closure=inside", *undamped]))
     quasi_static = monolith.natural_modes(read("step", undamped))
-    for found in (inside, quasi_static):
-        assert [mode.frequency for mode in found.modes[:2]] == pytest.approx([6.35289, 6.35289], rel=1e-6)
+    for actual in (inside, quasi_static):
+        assert [mode.frequency for mode in actual.modes[:2]] == pytest.approx([6.35289, 6.35289], rel=1e-6)
 
 
 def test_damping_ratio_of_a_kelvin_voigt_body() -> None:
     """retardation * omega / 2, for modes of the body alone."""
-    found = monolith.natural_modes(read("step", [*BARE, "rod.body.retardation=0.001"]))
+    actual = monolith.natural_modes(read("step", [*BARE, "rod.body.retardation=0.001"]))
     for known in (5.0149, 26.471):
-        mode = nearest(found, known)
+        mode = nearest(actual, known)
         assert mode.damping == pytest.approx(0.0005 * 2 * math.pi * known, rel=1e-4)
         assert mode.frequency == pytest.approx(known, rel=1e-4)
 
@@ -163,8 +163,8 @@ def test_an_upright_rod_beyond_its_buckling_load_grows() -> None:
     weight = 7.837 * 1.8555e-5 / (1070 * math.pi * 25e-6 * 0.04**3)  # gravity of the known load [m/s2]
     slender = ("rod.strains=bending", "rod.order=5")
     for share, grows in ((0.99, False), (1.01, True)):
-        found = monolith.natural_modes(read("step", [*BARE, *slender, f"rod.gravity=[0, 0, {-share * weight}]"]))
-        assert (found.growing > 0.1) == grows
+        actual = monolith.natural_modes(read("step", [*BARE, *slender, f"rod.gravity=[0, 0, {-share * weight}]"]))
+        assert (actual.growing > 0.1) == grows
 
 
 def test_a_quasi_static_rod_is_linearised_about_the_equilibrium_that_it_has_reached() -> None:
@@ -173,10 +173,10 @@ def test_a_quasi_static_rod_is_linearised_about_the_equilibrium_that_it_has_reac
     push = "rod.tip_force[1]={ramps=[[0, 0.01], [1, 0.01], [2, 0]]}"
     slender = ("rod.strains=bending", "rod.order=5", f"rod.gravity=[0, 0, {-1.3 * weight}]")
     buckled = read("step", [*BARE, *slender, "rod.dynamic=false", "thermal.V=0", push])
-    found = monolith.natural_modes(buckled, 3.0)
-    assert found.offsets["rod"] < 1e-6
-    assert found.growing <= 0.0
-    assert found.remarks == []
+    actual = monolith.natural_modes(buckled, 3.0)
+    assert actual.offsets["rod"] < 1e-6
+    assert actual.growing <= 0.0
+    assert actual.remarks == []
     straight = read("step", [*BARE, *slender, "thermal.V=0"])
     fallen = monolith.natural_modes(straight)
     assert fallen.growing > 1.0

@@ -35,8 +35,8 @@ def test_state_events_are_located(tmp_path: Path) -> None:
     """A ball that falls from 1 m bounces first at sqrt(2/g), and again 1.4 times that later."""
     make_fmu(tmp_path / "ball.fmu", BALL, output=FALL, event=BOUNCE, states=STATES, indicators=1, model_exchange={})
     described = scene(tmp_path, "stop_time = 1.5\ncoupling.macro_step = 0.05\nconnections = []", "ball")
-    found = monolith.solve_monolith(described, 1e-11)
-    t, h = found["time"].to_numpy(), found["ball.h"].to_numpy()
+    actual = monolith.solve_monolith(described, 1e-11)
+    t, h = actual["time"].to_numpy(), actual["ball.h"].to_numpy()
     first = math.sqrt(2.0 / 9.81)
     second = first + 2.0 * 0.7 * first
     speed = 0.7 * 9.81 * first
@@ -44,7 +44,7 @@ def test_state_events_are_located(tmp_path: Path) -> None:
     exact = np.where(t < first, 1.0 - 0.5 * 9.81 * t**2, speed * later - 0.5 * 9.81 * later**2)
     before = t < second
     np.testing.assert_allclose(h[before], exact[before], atol=1e-8)
-    assert found["ball.bounces"].to_numpy()[[0, -1]].tolist() == [0.0, 2.0]
+    assert actual["ball.bounces"].to_numpy()[[0, -1]].tolist() == [0.0, 2.0]
 
 
 def test_events_that_accumulate_are_named(tmp_path: Path) -> None:
@@ -65,11 +65,11 @@ def test_time_events_are_hit_exactly(tmp_path: Path) -> None:
     wires = 'connections = ["plant.x -> sampler.x", "sampler.u -> plant.u"]'
     # The sampler says nothing of dependencies, so its output counts as acting at once; a state does not.
     described = scene(tmp_path, f"stop_time = 1.2\ncoupling.macro_step = 0.1\n{wires}", "plant", "sampler")
-    found = monolith.solve_monolith(described, 1e-11)
-    t = found["time"].to_numpy()
+    actual = monolith.solve_monolith(described, 1e-11)
+    t = actual["time"].to_numpy()
     samples = 0.7 ** np.arange(6)
     k = np.minimum(np.floor(t / 0.3 + 1e-9).astype(int), 5)
-    np.testing.assert_allclose(found["plant.x"].to_numpy(), samples[k] * (1.0 - (t - 0.3 * k)), atol=1e-9)
+    np.testing.assert_allclose(actual["plant.x"].to_numpy(), samples[k] * (1.0 - (t - 0.3 * k)), atol=1e-9)
 
 
 def test_an_fmu_may_end_the_run(tmp_path: Path) -> None:
@@ -79,9 +79,9 @@ def test_an_fmu_may_end_the_run(tmp_path: Path) -> None:
     how = {"states": {"x": "der(x)"}, "indicators": 1, "model_exchange": {}}
     make_fmu(tmp_path / "tank.fmu", variables, output=output, event=stop, **how)
     described = scene(tmp_path, "stop_time = 3\ncoupling.macro_step = 0.5\nconnections = []", "tank")
-    found = monolith.solve_monolith(described, 1e-11)
-    assert float(found["time"][-1]) == pytest.approx(math.log(2.0), abs=1e-8)
-    assert float(found["tank.x"][-1]) == pytest.approx(0.5, abs=1e-8)
+    actual = monolith.solve_monolith(described, 1e-11)
+    assert float(actual["time"][-1]) == pytest.approx(math.log(2.0), abs=1e-8)
+    assert float(actual["tank.x"][-1]) == pytest.approx(0.5, abs=1e-8)
 
 
 def test_what_cannot_be_integrated_is_named(tmp_path: Path) -> None:
@@ -116,11 +116,11 @@ def test_modes_without_directional_derivatives(tmp_path: Path) -> None:
     rates = "real[2] = real[1]; real[3] = -9.0 * real[0] - 0.6 * real[1];"
     how = {"output": rates, "states": {"x": "der(x)", "v": "der(v)"}, "model_exchange": {}}
     make_fmu(tmp_path / "mass.fmu", variables, **how)
-    found = monolith.natural_modes(scene(tmp_path, "stop_time = 1\nconnections = []", "mass"))
-    (mode,) = found.modes
+    actual = monolith.natural_modes(scene(tmp_path, "stop_time = 1\nconnections = []", "mass"))
+    (mode,) = actual.modes
     assert mode.frequency == pytest.approx(3.0 / (2.0 * math.pi), rel=1e-6)
     assert mode.damping == pytest.approx(0.1, rel=1e-6)
-    assert found.remarks == []
+    assert actual.remarks == []
     variables[0] = real("x", "output", start=0.2, initial="exact")
     make_fmu(tmp_path / "mass.fmu", variables, **how)
     moved = monolith.natural_modes(scene(tmp_path, "stop_time = 1\nconnections = []", "mass"))

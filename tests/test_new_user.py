@@ -18,9 +18,9 @@ PAGE = ROOT / "docs" / "tutorials" / "own_manipulator.md"
 
 def written(name: str) -> str:
     """The text that the tutorial writes to a file."""
-    found = re.search(rf'Path\("{re.escape(name)}"\)\.write_text\("""\n?(.*?)"""\)', PAGE.read_text(), re.DOTALL)
-    assert found, name
-    return found[1]
+    actual = re.search(rf'Path\("{re.escape(name)}"\)\.write_text\("""\n?(.*?)"""\)', PAGE.read_text(), re.DOTALL)
+    assert actual, name
+    return actual[1]
 
 
 @pytest.fixture

@@ -122,8 +122,8 @@ COMMANDS = typer.main.get_command(app).commands
 
 
 def inline() -> list[tuple[str, str]]:
-    found = {page: re.findall(r"`tca-cosim ([^`]+)`", prose(page).replace("\n", " ")) for page in PAGES}
-    return [(name_of(page), text) for page, texts in found.items() for text in texts]
+    actual = {page: re.findall(r"`tca-cosim ([^`]+)`", prose(page).replace("\n", " ")) for page in PAGES}
+    return [(name_of(page), text) for page, texts in actual.items() for text in texts]
 
 
 @pytest.mark.parametrize(("page", "text"), inline(), ids=[f"{page}: {text}" for page, text in inline()])

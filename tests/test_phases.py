@@ -76,23 +76,23 @@ def test_the_fmu_knows_exactly_when_no_earlier_state_comes_back(opened: Open) ->
     """noSetFMUStatePriorToCurrentPoint is false only where a state from before the step's start is still held."""
     slave = opened([real("flag")], ["flag"], step="memory[0] = no_state_before;", output="real[0] = memory[0];")
 
-    def told(time: float) -> bool:
+    def no_earlier_state(time: float) -> bool:
         slave.step(time, 0.5)
         return bool(slave.values()[0])
 
-    assert told(0.0)
+    assert no_earlier_state(0.0)
     state = slave.save()
-    assert told(0.5)  # back to where the step starts is not before it
+    assert no_earlier_state(0.5)  # back to where the step starts is not before it
     slave.restore(state)
-    assert told(0.5)
-    assert not told(1.0)
+    assert no_earlier_state(0.5)
+    assert not no_earlier_state(1.0)
     slave.restore(state)
-    assert told(0.5)
+    assert no_earlier_state(0.5)
     state = slave.save(state)  # written over: the older one is gone
-    assert told(1.0)
-    assert not told(1.5)
+    assert no_earlier_state(1.0)
+    assert not no_earlier_state(1.5)
     slave.free(state)
-    assert told(2.0)
+    assert no_earlier_state(2.0)
 
 
 def test_without_states_nothing_comes_back(opened: Open) -> None:

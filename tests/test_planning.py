@@ -164,10 +164,10 @@ def test_the_command_writes_a_scene_that_repeats_the_plan(tmp_path: Path) -> Non
     planned = tca.read(tmp_path / "wave.toml")
     assert planned.member("rod").signals["gravity[1]"].value == 1.0
     again = tca.run(planned)
-    told = float(result.output.split("full models:")[1].split("mm rms")[0])
+    printed = float(result.output.split("full models:")[1].split("mm rms")[0])
     inside = again["time"].to_numpy() >= 5.0
     error = again["rod.tip.p"].to_numpy()[inside, 0] + 8e-3 * np.sin(0.2 * (again["time"].to_numpy()[inside] - 5.0))
-    assert 1e3 * np.sqrt(np.mean(error**2)) == pytest.approx(told, rel=0.3, abs=1e-3)
+    assert 1e3 * np.sqrt(np.mean(error**2)) == pytest.approx(printed, rel=0.3, abs=1e-3)
 
 
 def test_the_workspace_holds_equilibria_within_the_limits(tmp_path: Path) -> None:

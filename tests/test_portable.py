@@ -106,8 +106,8 @@ def test_the_wheel_runs_where_there_is_no_compiler(tmp_path: Path):
     [packages] = (tmp_path / "venv").glob("lib/python*/site-packages")
     (packages / "lent.pth").write_text("\n".join(path for path in sys.path if path.endswith("site-packages")))
     alone = {"PATH": str(tmp_path / "venv/bin"), "HOME": str(tmp_path), "LANG": "C.UTF-8"}
-    found = output_of(python, "-c", "import tca_cosim; print(tca_cosim.__file__)", cwd=tmp_path, env=alone)
-    assert found.startswith(str(packages))
+    actual = output_of(python, "-c", "import tca_cosim; print(tca_cosim.__file__)", cwd=tmp_path, env=alone)
+    assert actual.startswith(str(packages))
     run = [tmp_path / "venv/bin/tca-cosim", "run", "step", "--set", "stop_time=1 s"]
     output_of(*run, cwd=tmp_path, env=alone)
     for name in NAMES:

@@ -13,13 +13,13 @@ from tca_cosim.verification.coupling.energy import find_bonds
 
 
 def test_the_circuit_has_a_power_bond_that_closes(tmp_path: Path) -> None:
-    found = coupling.verify(tca.read(healthy_circuit(tmp_path)))
-    (bond,) = found.bonds
+    actual = coupling.verify(tca.read(healthy_circuit(tmp_path)))
+    (bond,) = actual.bonds
     assert (str(bond.forward), str(bond.backward)) == ("one.x -> two.u", "two.x -> one.u")
     assert bond.closed
     assert bond.shares[0] > bond.shares[1] > bond.shares[2]
-    assert found.monolith.agrees is True
-    orders = {signal.name: signal.order for signal in found.signals}
+    assert actual.monolith.agrees is True
+    orders = {signal.name: signal.order for signal in actual.signals}
     assert orders["one.x"] == pytest.approx(2.0, abs=0.3)  # linear waveform
 
 
@@ -28,32 +28,32 @@ def test_a_bond_that_stays_open_is_a_hidden_error(tmp_path: Path) -> None:
     circuit(tmp_path)
     wires = [{"from": "one.x", "to": "two.u", "factor": 2.0}, "two.x -> one.u"]
     path = scene(tmp_path, wires, PAIR[1], 4.0, 0.05)
-    found = coupling.verify(tca.read(path))
-    (bond,) = found.bonds
+    actual = coupling.verify(tca.read(path))
+    (bond,) = actual.bonds
     assert not bond.closed
     assert bond.shares[2] == pytest.approx(1.0, abs=0.1)
-    assert (found.verdict, found.trusted) == ("hidden error", False)
-    assert any(reason.startswith("one.x * 2 -> two.u, two.x -> one.u: ") for reason in found.reasons)
+    assert (actual.verdict, actual.trusted) == ("hidden error", False)
+    assert any(reason.startswith("one.x * 2 -> two.u, two.x -> one.u: ") for reason in actual.reasons)
 
 
 def test_a_transformer_closes(tmp_path: Path) -> None:
     """v2 = 2 v1 and i1 = 2 i2, so that v1 i1 = v2 i2."""
     circuit(tmp_path)
     wires = [{"from": "one.x", "to": "two.u", "factor": 2.0}, {"from": "two.x", "to": "one.u", "factor": 2.0}]
-    found = coupling.verify(tca.read(scene(tmp_path, wires, PAIR[1], 4.0, 0.05)))
-    (bond,) = found.bonds
+    actual = coupling.verify(tca.read(scene(tmp_path, wires, PAIR[1], 4.0, 0.05)))
+    (bond,) = actual.bonds
     assert bond.closed
-    assert found.verdict == "healthy", found.reasons
+    assert actual.verdict == "healthy", actual.reasons
 
 
 def test_a_bond_that_the_step_leaves_open_is_not_one_that_stays_open(tmp_path: Path) -> None:
     """Held values: the share shrinks with the step, which makes the step too long and no hidden error."""
     circuit(tmp_path)
-    found = coupling.verify(tca.read(scene(tmp_path, *PAIR, 4.0, 0.2, **EXPLICIT)))
-    (bond,) = found.bonds
+    actual = coupling.verify(tca.read(scene(tmp_path, *PAIR, 4.0, 0.2, **EXPLICIT)))
+    (bond,) = actual.bonds
     assert bond.closed
-    assert bond.shares[2] > found.tolerance
-    assert found.verdict == "step too long"
+    assert bond.shares[2] > actual.tolerance
+    assert actual.verdict == "step too long"
 
 
 @pytest.mark.parametrize(
@@ -79,5 +79,5 @@ def test_names_of_ports_decide_which_connections_make_a_bond(
         variables += [real(target, "input", start=0.0, unit=units[1]) for _, target in takes]
         make_fmu(tmp_path / f"{member}.fmu", variables, units=VOLT)
     wires = [f"one.{a} -> two.{b}" for a, b in there] + [f"two.{a} -> one.{b}" for a, b in back]
-    found = find_bonds(tca.read(scene(tmp_path, wires, ["one", "two"], 1.0, 0.1)))
-    assert [f"{forward.source[1]} {backward.source[1]}" for forward, backward in found] == pairs
+    actual = find_bonds(tca.read(scene(tmp_path, wires, ["one", "two"], 1.0, 0.1)))
+    assert [f"{forward.source[1]} {backward.source[1]}" for forward, backward in actual] == pairs

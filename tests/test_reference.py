@@ -122,23 +122,23 @@ def test_heat_meets_an_independent_code() -> None:
     marks = np.array([0.0, *expected["t_s"]])
     wanted = np.column_stack([expected[f"T{i}"] for i in (1, 2, 3)]) + 273.15
     for edge, tolerance in ((0.2e-3, 2e-3), (0.14e-3, 5e-4)):
-        found = constant_voltage([0.0, 1.5, 3.0], marks, edge=edge, step=0.5)
-        assert np.abs(found.T[1:] - wanted).max() < tolerance
+        actual = constant_voltage([0.0, 1.5, 3.0], marks, edge=edge, step=0.5)
+        assert np.abs(actual.T[1:] - wanted).max() < tolerance
 
 
 def test_heat_is_conserved_and_settles_where_power_equals_loss() -> None:
     times = np.linspace(0.0, 20.0, 201)
-    found = constant_voltage([3.0, 1.0, 0.0], times, edge=0.3e-3)
-    given, gone = np.trapezoid(found.P.sum(axis=1), times), np.trapezoid(found.loss, times)
-    assert given - gone == pytest.approx(found.stored[-1], rel=1e-6)
+    actual = constant_voltage([3.0, 1.0, 0.0], times, edge=0.3e-3)
+    given, gone = np.trapezoid(actual.P.sum(axis=1), times), np.trapezoid(actual.loss, times)
+    assert given - gone == pytest.approx(actual.stored[-1], rel=1e-6)
     late = constant_voltage([1.0] * 3, np.array([0.0, 2e4]), edge=0.3e-3, step=1e3)
     assert late.loss[-1] == pytest.approx(late.P[-1].sum(), rel=1e-9)
 
 
 def test_resistance_follows_temperature() -> None:
-    found = constant_voltage([0.0, 0.0, 3.0], np.array([0.0, 10.0]), alpha=4e-3, edge=0.3e-3, step=0.5)
-    assert found.P[-1, 2] == pytest.approx(9.0 / (6.9 * (1 + 4e-3 * (found.T[-1, 2] - COLD))), rel=1e-9)
-    assert found.P[-1, 2] < 0.95 * found.P[0, 2]
+    actual = constant_voltage([0.0, 0.0, 3.0], np.array([0.0, 10.0]), alpha=4e-3, edge=0.3e-3, step=0.5)
+    assert actual.P[-1, 2] == pytest.approx(9.0 / (6.9 * (1 + 4e-3 * (actual.T[-1, 2] - COLD))), rel=1e-9)
+    assert actual.P[-1, 2] < 0.95 * actual.P[0, 2]
 
 
 def test_equilibria_meet_an_independent_code() -> None:
@@ -146,30 +146,30 @@ def test_equilibria_meet_an_independent_code() -> None:
     pick = lambda *names: np.array([rows[n] for n in names], dtype=float)  # noqa: E731
     zero = np.zeros((3, len(rows)))
     asked = Loads(pick("T1", "T2", "T3") + 273.15, pick("g1", "g2", "g3"), zero, zero)
-    found = equilibrium(rod_data(), asked)
-    assert np.abs(found.p[:, -1] - pick("x", "y", "z")).max() < 2e-7
-    angles = Rotation.from_matrix(found.R[:, :, -1].transpose(2, 0, 1)).as_euler("XYZ").T
+    actual = equilibrium(rod_data(), asked)
+    assert np.abs(actual.p[:, -1] - pick("x", "y", "z")).max() < 2e-7
+    angles = Rotation.from_matrix(actual.R[:, :, -1].transpose(2, 0, 1)).as_euler("XYZ").T
     assert np.abs(angles - pick("alpha", "beta", "gamma")).max() < 1e-6
-    assert np.abs(found.delta - pick("delta1", "delta2", "delta3")).max() < 1e-8
+    assert np.abs(actual.delta - pick("delta1", "delta2", "delta3")).max() < 1e-8
 
 
 def test_small_strains_are_those_of_the_closed_form() -> None:
     """Stretch e = k sum c/(EA + 3 k L), curvature k r |sum c_i e_i|/(EI + 1.5 k L r^2), c the free strokes."""
     data, rise = rod_data(), np.array([1e-3, 0.0, 0.0])
-    found = equilibrium(data, loads(T=COLD + rise), np.array([0.01, 0.04]))
+    actual = equilibrium(data, loads(T=COLD + rise), np.array([0.01, 0.04]))
     stroke, k = data.stroke(COLD + rise)[0], data.tca_stiffness[0]
     stretch = k * stroke / (2.96881 + 3 * k * 0.04)
     curvature = k * 2.5e-3 * stroke / (1.85550e-5 + 1.5 * k * 0.04 * 2.5e-3**2)
-    assert found.xi[5, :, 0] - 1.0 == pytest.approx([stretch] * 2, rel=1e-4)
-    assert np.linalg.norm(found.xi[:3, :, 0], axis=0) == pytest.approx([curvature] * 2, rel=1e-4)
-    assert found.p[0, -1, 0] < 0.0  # a hot TCA at +x pushes the tip to -x
+    assert actual.xi[5, :, 0] - 1.0 == pytest.approx([stretch] * 2, rel=1e-4)
+    assert np.linalg.norm(actual.xi[:3, :, 0], axis=0) == pytest.approx([curvature] * 2, rel=1e-4)
+    assert actual.p[0, -1, 0] < 0.0  # a hot TCA at +x pushes the tip to -x
 
 
 def test_tip_couple_rolls_the_rod_up() -> None:
     """M = 2 pi EI/L about y closes the bare rod to a circle: the tip returns to the clamp."""
     data = rod_data(bare=True)
-    found = equilibrium(data, loads(moment=[0.0, 2 * np.pi * data.stiffness[1] / data.length, 0.0]))
-    assert np.abs(found.p[:, -1, 0]).max() < 1e-9
+    actual = equilibrium(data, loads(moment=[0.0, 2 * np.pi * data.stiffness[1] / data.length, 0.0]))
+    assert np.abs(actual.p[:, -1, 0]).max() < 1e-9
 
 
 def test_no_equilibrium_is_an_error_that_says_so() -> None:
@@ -247,10 +247,10 @@ BOUNDS = {"thermal.T": 5e-3, "rod.tip.p": 1e-4 * 0.04, "rod.delta": 1e-6, "rod.t
 )
 def test_cosimulation_meets_the_reference(overrides: list[str]) -> None:
     scene = tca.read("step", overrides)
-    found = {gap.name: gap for gap in reference.compare(tca.run(scene), reference.run(scene))}
-    assert set(BOUNDS) | {"rod.N", "thermal.P", "thermal.E_stored", "thermal.Q_loss"} <= set(found)
+    actual = {gap.name: gap for gap in reference.compare(tca.run(scene), reference.run(scene))}
+    assert set(BOUNDS) | {"rod.N", "thermal.P", "thermal.E_stored", "thermal.Q_loss"} <= set(actual)
     for name, bound in BOUNDS.items():
-        assert found[name].most < min(bound, 0.02 * found[name].span), found[name]
+        assert actual[name].most < min(bound, 0.02 * actual[name].span), actual[name]
 
 
 def test_feedback_of_the_shape_on_the_heat_meets_the_reference() -> None:
@@ -259,10 +259,10 @@ def test_feedback_of_the_shape_on_the_heat_meets_the_reference() -> None:
     scene = tca.read("feedback", short)
     solved = reference.run(scene, reference.Resolution(edge=0.06, heat_step=0.2, shooting=1e-7))
     one_way = tca.run(tca.read("feedback", [*short, "thermal.tca.beta=0"]))
-    found = {gap.name: gap for gap in reference.compare(tca.run(scene), solved)}
-    assert found["rod.tip.p"].most < BOUNDS["rod.tip.p"]
-    assert found["rod.delta"].most < BOUNDS["rod.delta"]
-    assert found["thermal.T"].most < 5e-3
+    actual = {gap.name: gap for gap in reference.compare(tca.run(scene), solved)}
+    assert actual["rod.tip.p"].most < BOUNDS["rod.tip.p"]
+    assert actual["rod.delta"].most < BOUNDS["rod.delta"]
+    assert actual["thermal.T"].most < 5e-3
     assert abs(one_way["thermal.T"][-1, 2] - solved["thermal.T"][-1, 2]) > 0.5
 
 
@@ -311,6 +311,6 @@ def test_each_tca_has_its_own_law() -> None:
         "tca.offset": [2.5e-3, 2e-3, 2.5e-3],
     }
     scene = tca.read("step", {"stop_time": 1.0, "coupling.macro_step": 0.5, **differing})
-    found = {gap.name: gap for gap in reference.compare(tca.run(scene), reference.run(scene))}
-    assert found["rod.tip.p"].most < BOUNDS["rod.tip.p"]
-    assert found["rod.N"].span > 1e-4
+    actual = {gap.name: gap for gap in reference.compare(tca.run(scene), reference.run(scene))}
+    assert actual["rod.tip.p"].most < BOUNDS["rod.tip.p"]
+    assert actual["rod.N"].span > 1e-4

@@ -27,12 +27,12 @@ def test_cross_sections_of_an_arc_are_those_of_constant_curvature() -> None:
     curvature, length = 35.0, 0.04
     points, across = arc(curvature, length, 21)
     half = 0.5 * curvature * length
-    found = frames(points[None], np.array([[np.cos(half), 0.0, np.sin(half), 0.0]]), 41)
+    actual = frames(points[None], np.array([[np.cos(half), 0.0, np.sin(half), 0.0]]), 41)
     exact, across = arc(curvature, length, 41)
-    np.testing.assert_allclose(found.p[0], exact, atol=2e-8)
-    np.testing.assert_allclose(found.d1[0], across, atol=1e-4)  # a spline's slope at its ends
-    np.testing.assert_allclose(found.d2[0], np.tile([0.0, 1.0, 0.0], (41, 1)), atol=1e-12)
-    inner = found.sweep(np.tile([2.5e-3, 0.0], (41, 1)), np.arange(41))[0]
+    np.testing.assert_allclose(actual.p[0], exact, atol=2e-8)
+    np.testing.assert_allclose(actual.d1[0], across, atol=1e-4)  # a spline's slope at its ends
+    np.testing.assert_allclose(actual.d2[0], np.tile([0.0, 1.0, 0.0], (41, 1)), atol=1e-12)
+    inner = actual.sweep(np.tile([2.5e-3, 0.0], (41, 1)), np.arange(41))[0]
     chords = np.linalg.norm(np.diff(inner, axis=0), axis=1).sum()
     assert chords == pytest.approx(length * (1.0 - curvature * 2.5e-3), rel=1e-4)  # chords: (angle of a step)^2/24
 
@@ -40,10 +40,10 @@ def test_cross_sections_of_an_arc_are_those_of_constant_curvature() -> None:
 def test_twist_is_even_and_may_pass_half_a_turn() -> None:
     straight = np.tile(np.linspace([0.0, 0.0, 0.0], [0.0, 0.0, 0.04], 21), (8, 1, 1))
     turn = np.linspace(0.0, 5.0, 8)
-    found = frames(straight, np.column_stack([np.cos(turn / 2), 0 * turn, 0 * turn, np.sin(turn / 2)]), 11)
+    actual = frames(straight, np.column_stack([np.cos(turn / 2), 0 * turn, 0 * turn, np.sin(turn / 2)]), 11)
     expected = turn[:, None] * np.linspace(0.0, 1.0, 11)
-    np.testing.assert_allclose(found.d1[..., 0], np.cos(expected), atol=1e-12)
-    np.testing.assert_allclose(found.d1[..., 1], np.sin(expected), atol=1e-12)
+    np.testing.assert_allclose(actual.d1[..., 0], np.cos(expected), atol=1e-12)
+    np.testing.assert_allclose(actual.d1[..., 1], np.sin(expected), atol=1e-12)
 
 
 def test_surfaces_close_and_have_their_area() -> None:
@@ -89,7 +89,9 @@ def test_the_field_agrees_with_the_heat_model(step_result: xr.Dataset, step_fiel
     hottest = [step_field.at(row).max() for row in range(49)]  # on a raster, which misses the hottest point
     np.testing.assert_allclose(hottest, step_result["thermal.T_max"], atol=0.3)
     assert step_field.extremes == pytest.approx([298.15, float(step_result["thermal.T_max"].max())], abs=0.15)
-    i, j = (np.abs(step_field.axis - place).argmin() for place in step_field.section.centres[2] + [0.0, 0.5e-3])
+    i, j = (
+        np.abs(step_field.axis - coordinate).argmin() for coordinate in step_field.section.centres[2] + [0.0, 0.5e-3]
+    )
     assert step_field.at(-1)[j, i] == pytest.approx(float(step_result["thermal.T"][-1, 2]), abs=5.0)  # in the hot ring
 
 

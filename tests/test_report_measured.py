@@ -29,8 +29,8 @@ def samples_of(result: xr.Dataset, folder: Path) -> Path:
 @pytest.mark.slow
 def test_measured_samples_are_shown_beside_the_curves(step_result: xr.Dataset, tmp_path: Path) -> None:
     measured = read_measured(samples_of(step_result, tmp_path), step_result)
-    found = {one.name: one for one in measured.deviations(step_result)}
-    T, z = found["thermal.T[2]"], found["rod.tip.p[3]"]
+    actual = {one.name: one for one in measured.deviations(step_result)}
+    T, z = actual["thermal.T[2]"], actual["rod.tip.p[3]"]
     assert (T.samples, z.samples, T.unit, z.unit) == (11, 12, "K", "m")
     assert (T.rms, T.most) == pytest.approx((0.5, 0.5), abs=1e-9)
     assert (z.rms, z.most) == pytest.approx((0.25e-3, 0.25e-3), abs=1e-12)

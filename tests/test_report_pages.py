@@ -35,10 +35,10 @@ FLAGS = [  # a browser without a graphics card that asks for nothing from outsid
 
 @pytest.fixture(scope="module")
 def browser() -> Iterator[Browser]:
-    found = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-    assert found, "no Chromium; on Debian: apt-get install chromium"
+    actual = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+    assert actual, "no Chromium; on Debian: apt-get install chromium"
     with sync_playwright() as player:
-        browser = player.chromium.launch(executable_path=found, args=FLAGS)
+        browser = player.chromium.launch(executable_path=actual, args=FLAGS)
         yield browser
         browser.close()
 

@@ -69,10 +69,10 @@ def test_parameter_sets(name: str, tmp_path: Path) -> None:
         "paper_literal": (0.19, 0.669e6, 0.969e6, 10.0, 5e-5),
         "measured": (0.19, 0.669e6, 0.969e6, 6.9, 6.5e-4),
     }[name]
-    found = [thermal.value(v) for v in ("tca.k[1]", "body.rho_c", "tca.rho_c[3]", "tca.R[2]")] + [
+    actual = [thermal.value(v) for v in ("tca.k[1]", "body.rho_c", "tca.rho_c[3]", "tca.R[2]")] + [
         rod.value("tca.rho_T")
     ]
-    assert found == pytest.approx(expected)
+    assert actual == pytest.approx(expected)
     if name == "measured":
         assert (rod.value("tca.law"), rod.value("tca.stiffness"), rod.value("tca.stroke")) == (2, 10.0, 1.5e-4)
 

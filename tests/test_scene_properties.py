@@ -68,8 +68,8 @@ def test_polynomials_of_sines_meet_both_ends(mean: float, size: float, period: f
     c = Sine(mean, size, period, phase).polynomial(t, h)
     for s in (0.0, h):
         exact = mean + size * math.sin(2.0 * math.pi * (t + s) / period + phase)
-        found = c[0] + c[1] * s + c[2] * s**2 / 2.0 + c[3] * s**3 / 6.0
-        assert found == pytest.approx(exact, abs=1e-6 * (abs(mean) + abs(size) + 1.0))
+        actual = c[0] + c[1] * s + c[2] * s**2 / 2.0 + c[3] * s**3 / 6.0
+        assert actual == pytest.approx(exact, abs=1e-6 * (abs(mean) + abs(size) + 1.0))
 
 
 @few

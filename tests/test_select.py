@@ -50,52 +50,52 @@ def test_the_scenes_of_the_paper_need_constant_strain_and_no_inertia(scene: str)
 def test_the_true_error_is_within_the_tolerance(
     scene: str, tolerance: float, overrides: list[str], dynamic: bool
 ) -> None:
-    found = model_selection.select(read(scene, [*overrides, f"fidelity.tolerance={tolerance}"]))
-    true = model_selection.audit(found)
+    actual = model_selection.select(read(scene, [*overrides, f"fidelity.tolerance={tolerance}"]))
+    true = model_selection.audit(actual)
     assert true <= tolerance
-    assert found.search.estimate == pytest.approx(true, rel=0.3)
-    assert found.record()["choice"]["rod.dynamic"] is dynamic
-    assert len(found.record(true)["reasons"]) == len(found.hierarchies)
-    assert found.record(true)["budget"]["true_error"] == true
+    assert actual.search.estimate == pytest.approx(true, rel=0.3)
+    assert actual.record()["choice"]["rod.dynamic"] is dynamic
+    assert len(actual.record(true)["reasons"]) == len(actual.hierarchies)
+    assert actual.record(true)["budget"]["true_error"] == true
 
 
 @pytest.mark.parametrize("scene", ["drop", "load"])
 def test_where_nothing_is_heated_the_heat_rests(scene: str) -> None:
-    found = model_selection.select(read(scene, ["stop_time=0.2"]))
-    record = found.record()
+    actual = model_selection.select(read(scene, ["stop_time=0.2"]))
+    record = actual.record()
     assert record["choice"]["thermal.frozen"] is True
     assert record["reasons"][0].startswith("Heat: at rest, never stepped. Nothing is heated: no voltage at any time")
-    assert found.search.gaps["heat"] == 0.0
-    assert json.loads(found.result().attrs["members"])["thermal"]["frozen"] is True
-    moved = found.runs.difference(found.search.choice, {**found.search.choice, "heat": 1}, 0.2)
-    found.runs.close()
+    assert actual.search.gaps["heat"] == 0.0
+    assert json.loads(actual.result().attrs["members"])["thermal"]["frozen"] is True
+    moved = actual.runs.difference(actual.search.choice, {**actual.search.choice, "heat": 1}, 0.2)
+    actual.runs.close()
     assert moved == 0.0
 
 
 def test_other_quantities_need_other_models() -> None:
     """A temperature needs nothing of the rod: it does not act on the heat here."""
-    found = model_selection.select(read("drop", ["stop_time=0.1", 'fidelity.quantities=["thermal.T"]']))
-    assert found.record()["choice"]["rod.dynamic"] is False
-    assert found.record()["choice"]["rod.order"] == 0
+    actual = model_selection.select(read("drop", ["stop_time=0.1", 'fidelity.quantities=["thermal.T"]']))
+    assert actual.record()["choice"]["rod.dynamic"] is False
+    assert actual.record()["choice"]["rod.order"] == 0
 
 
 def test_choices_are_near_the_cheapest_that_is_enough() -> None:
-    found = [model_selection.select(read("drop", ["stop_time=0.05", f"fidelity.tolerance={x}"])) for x in (1e-2, 1e-3)]
-    assert len(list(candidates(found[0].hierarchies, [f.search.choice for f in found]))) > 90
-    for tolerance, judged in zip((1e-2, 1e-3), model_selection.cost_study(found), strict=True):
+    actual = [model_selection.select(read("drop", ["stop_time=0.05", f"fidelity.tolerance={x}"])) for x in (1e-2, 1e-3)]
+    assert len(list(candidates(actual[0].hierarchies, [f.search.choice for f in actual]))) > 90
+    for tolerance, judged in zip((1e-2, 1e-3), model_selection.cost_study(actual), strict=True):
         assert judged.chosen.error <= tolerance >= judged.best.error
         assert judged.best.cost <= judged.chosen.cost
         assert judged.ratio >= 1.0
 
 
 def test_what_is_dearer_than_all_choices_is_not_studied() -> None:
-    found = model_selection.select(read("drop", ["stop_time=0.02", "fidelity.tolerance=0.1"]))
-    rating = ChoiceRating([found])
-    chosen = rating.rate(found.search.choice)
+    actual = model_selection.select(read("drop", ["stop_time=0.02", "fidelity.tolerance=0.1"]))
+    rating = ChoiceRating([actual])
+    chosen = rating.rate(actual.search.choice)
     assert chosen.error <= 0.1
-    assert rating.rate({**found.search.choice, "inertia": 0}).error > 0.1
+    assert rating.rate({**actual.search.choice, "inertia": 0}).error > 0.1
     rating.limit = 0.0
-    dear, finer = ({**found.search.choice, "strains": 3, "order": order} for order in (2, 3))
+    dear, finer = ({**actual.search.choice, "strains": 3, "order": order} for order in (2, 3))
     assert rating.rate(dear).cost == math.inf
     rating.limit = math.inf
     assert rating.rate(finer).cost == math.inf  # not tried: finer in one, and no coarser in anything

@@ -34,8 +34,8 @@ def test_ends_mean_and_first_moment_are_exact(angle: float) -> None:
     nodes, weights = np.polynomial.legendre.leggauss(20)
     s = 0.5 * h * (1.0 + nodes)
     for power in (0, 1):
-        found, wanted = (np.sum(weights * nodes**power * u) for u in (value(c, s), exact(t + s)))
-        assert found == pytest.approx(wanted, abs=1e-14)
+        actual, wanted = (np.sum(weights * nodes**power * u) for u in (value(c, s), exact(t + s)))
+        assert actual == pytest.approx(wanted, abs=1e-14)
     np.testing.assert_allclose(value(c, np.array([0.0, h])), exact(t + np.array([0.0, h])), rtol=0.0, atol=1e-14)
 
 
@@ -58,9 +58,9 @@ def test_the_course_is_of_fourth_order() -> None:
 
 def test_bessel_functions() -> None:
     for x in (1e-9, 1e-3, 0.3, 0.999, 1.001, 3.0, 20.0):
-        found = _bessel(x)
-        np.testing.assert_allclose(found, spherical_jn([1, 2], x), rtol=1e-14)
-        np.testing.assert_allclose(_bessel(-x), (-found[0], found[1]), rtol=1e-14)
+        actual = _bessel(x)
+        np.testing.assert_allclose(actual, spherical_jn([1, 2], x), rtol=1e-14)
+        np.testing.assert_allclose(_bessel(-x), (-actual[0], actual[1]), rtol=1e-14)
 
 
 @pytest.mark.parametrize("omega", [5.0, 50.0])

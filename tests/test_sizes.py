@@ -164,8 +164,8 @@ def test_fmus_are_made_once_by_many_processes(tmp_path: Path) -> None:
         ).stdout
 
     with concurrent.futures.ThreadPoolExecutor(3) as pool:
-        found = set(pool.map(digest, range(3)))
-    assert len(found) == 1
+        actual = set(pool.map(digest, range(3)))
+    assert len(actual) == 1
     kept = [path for path in (tmp_path / "configured").iterdir() if not path.name.startswith(".")]
     assert len(kept) == 1
 
@@ -261,8 +261,8 @@ def test_like_a_scene_is_the_same_in_another_host(name: str, tmp_path: Path) -> 
         for row in original[1:]:
             execution.step()
             assert execution.status().error_code == CosimErrorCode.SUCCESS.value, f"{member.name} at {row['time']} s"
-            found = observer.last_real_values(slave, references)
-            for output, value in zip(outputs, found, strict=True):
+            actual = observer.last_real_values(slave, references)
+            for output, value in zip(outputs, actual, strict=True):
                 scale = float(np.abs(original[output]).max())
                 assert abs(value - float(row[output])) <= 1e-9 * scale + 1e-15, f"{member.name}.{output}"
 

@@ -24,9 +24,9 @@ def archive(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def parameters(archive: Path, name: str, member: str) -> dict[str, fmpy_ssd.Parameter]:
     """By name; the file is checked against the schema."""
-    found = fmpy_ssd.read_ssv(str(archive), resource=f"resources/{name}.{member}.ssv")
-    assert found.name == name
-    return {parameter.name: parameter for parameter in found.parameters}
+    actual = fmpy_ssd.read_ssv(str(archive), resource=f"resources/{name}.{member}.ssv")
+    assert actual.name == name
+    return {parameter.name: parameter for parameter in actual.parameters}
 
 
 def test_it_holds_everything(archive: Path) -> None:
@@ -41,10 +41,10 @@ def test_every_real_parameter_has_a_value_and_others_where_they_are_set(archive:
     """A host without the FMU's start values at hand gets the whole model."""
     scene = tca.read("step")
     for member in scene.members:
-        found = parameters(archive, "fig3", member.name)
+        actual = parameters(archive, "fig3", member.name)
         declared = [v for v in member.archive.variables.values() if v.causality == "parameter"]
-        assert {v.name for v in declared if v.type == "Real"} <= set(found)
-        assert {v.name for v in declared if v.type != "Real"} & set(found) <= set(member.parameters)
+        assert {v.name for v in declared if v.type == "Real"} <= set(actual)
+        assert {v.name for v in declared if v.type != "Real"} & set(actual) <= set(member.parameters)
 
 
 def test_the_structure_is_valid_and_wired(archive: Path) -> None:
@@ -105,16 +105,16 @@ def test_scaled_connections_and_odd_names_come_back(tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", SETS)
 def test_parameter_sets_are_the_scenes_ones(archive: Path, name: str) -> None:
     scene = tca.read("step", [f"parameters={name}", "rod.closure=inside"])
-    found = {member.name: parameters(archive, name, member.name) for member in scene.members}
+    actual = {member.name: parameters(archive, name, member.name) for member in scene.members}
     for member in scene.members:
         for variable in member.archive.variables.values():
             if variable.causality == "parameter" and variable.type == "Real":
-                parameter = found[member.name][variable.name]
+                parameter = actual[member.name][variable.name]
                 assert float(parameter.value) == member.value(variable.name)
                 assert parameter.unit == variable.unit
-    assert (found["rod"]["dynamic"].type, found["rod"]["dynamic"].value) == ("Boolean", "false")
-    assert [float(found["thermal"][f"V[{k}]"].value) for k in (1, 2, 3)] == list(VOLTS)
-    assert ("tca.law" in found["rod"]) == (name == "measured")
+    assert (actual["rod"]["dynamic"].type, actual["rod"]["dynamic"].value) == ("Boolean", "false")
+    assert [float(actual["thermal"][f"V[{k}]"].value) for k in (1, 2, 3)] == list(VOLTS)
+    assert ("tca.law" in actual["rod"]) == (name == "measured")
 
 
 def test_signals_that_vary_are_refused(tmp_path: Path) -> None:

@@ -117,7 +117,7 @@ def test_parameter_sets_of_the_archive_can_be_chosen(tmp_path: Path) -> None:
         back = tca.read(tmp_path / "scene.ssp", [f"parameters={name}"])
         scene = tca.read("step", ["rod.closure=inside", f"parameters={name}"])
         for member in scene.members:
-            parameters = [v for v, about in member.archive.variables.items() if about.causality == "parameter"]
+            parameters = [v for v, variable in member.archive.variables.items() if variable.causality == "parameter"]
             assert [back.member(member.name).value(v) for v in parameters] == [member.value(v) for v in parameters]
     with pytest.raises(SceneError, match=r"parameters = 'measurd': did you mean 'measured'"):
         tca.read(tmp_path / "scene.ssp", ["parameters=measurd"])

@@ -59,9 +59,9 @@ def test_the_units_of_fmus_and_of_connectors_meet(reading: Reader) -> None:
     scene = reading(
         ssp.ssd(ssp.system(ssp.pair("K") + warm, ssp.wire("src/y", "warm/u") + ssp.wire("warm/y", "dst/u")))
     )
-    found = {c.source[0]: (c.factor, c.offset) for c in scene.connections}
-    assert found["src"] == pytest.approx((1.0, -273.15))
-    assert found["warm"] == pytest.approx((1.0, 273.15))
+    actual = {c.source[0]: (c.factor, c.offset) for c in scene.connections}
+    assert actual["src"] == pytest.approx((1.0, -273.15))
+    assert actual["warm"] == pytest.approx((1.0, 273.15))
 
 
 @pytest.mark.parametrize(

@@ -174,29 +174,29 @@ def swept(small: StabilityStudy) -> xr.Dataset:
 
 def test_a_map_is_a_file_with_units_settings_and_versions(swept: xr.Dataset, tmp_path: Path) -> None:
     results.write(swept, tmp_path / "map.nc")
-    found = results.read(tmp_path / "map.nc")
-    assert found["verdict"].dims == ("panel", "step", "strength")
-    assert found["step"].attrs["units"] == "s"
+    actual = results.read(tmp_path / "map.nc")
+    assert actual["verdict"].dims == ("panel", "step", "strength")
+    assert actual["step"].attrs["units"] == "s"
     assert all(
-        found[name].attrs["units"] == "1" for name in ("strength", "verdict", "sweeps", "gain", "growth", "limit")
+        actual[name].attrs["units"] == "1" for name in ("strength", "verdict", "sweeps", "gain", "growth", "limit")
     )
-    assert found["verdict"].attrs["flag_meanings"].split() == list(KINDS)
-    assert json.loads(found.attrs["panels"])[1]["method"] == "plain"
-    assert json.loads(found.attrs["settings"])["damping of the actuated oscillator"] == oscillators.DAMPING
-    assert "numpy" in json.loads(found.attrs["versions"])
-    fails = found["verdict"] != KINDS.index("converged")
-    slow = found["verdict"] == KINDS.index("slow")
-    assert ((fails == (found["strength"] > found["limit"])) | slow).all()
+    assert actual["verdict"].attrs["flag_meanings"].split() == list(KINDS)
+    assert json.loads(actual.attrs["panels"])[1]["method"] == "plain"
+    assert json.loads(actual.attrs["settings"])["damping of the actuated oscillator"] == oscillators.DAMPING
+    assert "numpy" in json.loads(actual.attrs["versions"])
+    fails = actual["verdict"] != KINDS.index("converged")
+    slow = actual["verdict"] == KINDS.index("slow")
+    assert ((fails == (actual["strength"] > actual["limit"])) | slow).all()
 
 
 def test_the_map_of_a_scene_says_what_was_run(tmp_path: Path) -> None:
     whole = rod.rod_study("plain", MOVING, points=2)
-    found = run_study(StabilityStudy(**{**vars(whole), "panels": whole.panels[2:3]}))
-    settings = json.loads(found.attrs["settings"])
+    actual = run_study(StabilityStudy(**{**vars(whole), "panels": whole.panels[2:3]}))
+    settings = json.loads(actual.attrs["settings"])
     assert settings["EA/L [N/m]"] == pytest.approx(74.22, rel=1e-4)
     assert "dynamic" in settings["members"]
-    assert found["panel"].item() == "plain"
-    assert set(np.unique(found["verdict"])) == {KINDS.index("converged"), KINDS.index("diverged")}
+    assert actual["panel"].item() == "plain"
+    assert set(np.unique(actual["verdict"])) == {KINDS.index("converged"), KINDS.index("diverged")}
 
 
 def test_the_figure(small: StabilityStudy, swept: xr.Dataset, tmp_path: Path) -> None:
@@ -210,6 +210,6 @@ def test_the_figure(small: StabilityStudy, swept: xr.Dataset, tmp_path: Path) ->
 
 def test_rows_spread_by_dask_are_those_of_one_process(small: StabilityStudy, swept: xr.Dataset) -> None:
     """A worker in this process: what dask does is the same."""
-    with LocalCluster(n_workers=1, threads_per_worker=1, processes=False, dashboard_address=":0") as place:
-        found = run_study(small, lambda rows: spread(rows, scheduler=place.scheduler_address))
-    assert found.identical(swept)
+    with LocalCluster(n_workers=1, threads_per_worker=1, processes=False, dashboard_address=":0") as cluster:
+        actual = run_study(small, lambda rows: spread(rows, scheduler=cluster.scheduler_address))
+    assert actual.identical(swept)

@@ -267,9 +267,9 @@ def test_a_damaged_folder_is_extracted_anew(kept: Path) -> None:
 
 
 def test_without_a_place_to_keep_things_all_works(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    for place in ("", str(tmp_path / "file" / "cache")):
+    for cache_folder in ("", str(tmp_path / "file" / "cache")):
         (tmp_path / "file").write_text("no folder can be made here")
-        monkeypatch.setenv(cache.VARIABLE, place)
+        monkeypatch.setenv(cache.VARIABLE, cache_folder)
         with Archive(find_fmu("rod.fmu")) as archive:
             folder = archive.extract()
             assert (folder / "modelDescription.xml").is_file()
@@ -295,8 +295,8 @@ def _extract(path: str) -> str:
 @pytest.mark.slow
 def test_processes_that_start_at_once_share_one_folder(kept: Path) -> None:
     with multiprocessing.get_context("spawn").Pool(4) as pool:
-        found = set(pool.map(_extract, [str(find_fmu("rod.fmu"))] * 8, chunksize=1))
-    assert len(found) == 1
+        actual = set(pool.map(_extract, [str(find_fmu("rod.fmu"))] * 8, chunksize=1))
+    assert len(actual) == 1
     assert [p.name for p in (kept / "fmus").iterdir() if p.name.startswith(".draft")] == []
 
 

@@ -38,12 +38,12 @@ def test_more_runs_keep_the_first_ones(name: str) -> None:
 
 
 def test_points_follow_their_distribution(tmp_path: Path) -> None:
-    found = plan(tmp_path, head="runs = 64\n")
+    actual = plan(tmp_path, head="runs = 64\n")
     u = qmc.Sobol(2, rng=1).random(64)
-    h, E = np.array(found.values).T.tolist()
+    h, E = np.array(actual.values).T.tolist()
     assert h == pytest.approx(list(15.0 + 10.0 * u[:, 0]), rel=1e-15)
     assert pytest.approx(list(stats.lognorm(0.1, scale=37800.0).ppf(u[:, 1])), rel=1e-15) == E
-    assert found.run_overrides()[5] == (f"thermal.h={h[5]!r}", f"rod.body.E={E[5]!r}")  # to the last bit
+    assert actual.run_overrides()[5] == (f"thermal.h={h[5]!r}", f"rod.body.E={E[5]!r}")  # to the last bit
 
 
 def test_grids_and_lists(tmp_path: Path) -> None:
@@ -54,10 +54,10 @@ def test_grids_and_lists(tmp_path: Path) -> None:
     "thermal.h" = { uniform = { loc = 15, scale = 10 }, levels = 2 }
     "rod.start_at_equilibrium" = [true, false]
     """
-    found = plan(tmp_path, text, head="design = 'grid'\n")
-    assert len(found.values) == found.settings.runs == 8
-    assert found.values[1] == ("bending", 298.15, 17.5, False)
-    assert found.run_overrides()[7] == (
+    actual = plan(tmp_path, text, head="design = 'grid'\n")
+    assert len(actual.values) == actual.settings.runs == 8
+    assert actual.values[1] == ("bending", 298.15, 17.5, False)
+    assert actual.run_overrides()[7] == (
         "rod.strains=extensible",
         "thermal.T_ambient=298.15",
         "thermal.T_0=298.15",
@@ -106,16 +106,16 @@ def test_rank_correlation_is_spearmans() -> None:
 @pytest.fixture(scope="module")
 def swept(tmp_path_factory: pytest.TempPathFactory) -> tuple[sweep.SweepPlan, xr.Dataset, Path]:
     folder = tmp_path_factory.mktemp("sweep")
-    found = plan(folder)
-    return found, sweep.run_sweep(found, folder / "mine.sqlite"), folder
+    actual = plan(folder)
+    return actual, sweep.run_sweep(actual, folder / "mine.sqlite"), folder
 
 
 def test_every_run_is_the_run_of_its_own(swept: tuple[sweep.SweepPlan, xr.Dataset, Path]) -> None:
-    found, data, _ = swept
+    actual, data, _ = swept
     assert dict(data.sizes) == {"run": 8, "time": 4, "quantile": 5, "parameter": 2, "index3": 3}
     for k in (0, 7):
-        alone = tca.run(tca.read("step", [*found.overrides, *found.run_overrides()[k]]))
-        for name in found.outputs:
+        alone = tca.run(tca.read("step", [*actual.overrides, *actual.run_overrides()[k]]))
+        for name in actual.outputs:
             assert np.array_equal(data[name][k], alone[name])
     assert (data["failure"] == "").all()
 
@@ -138,9 +138,9 @@ def test_the_dataset_is_labelled_and_written_whole(swept: tuple[sweep.SweepPlan,
 
 def test_the_shipped_sweep_is_as_exact_as_it_says() -> None:
     """Its settings against those of scene `step`: rms over the run at most 1e-3 of an output's range."""
-    found = sweep.read_plan("scatter", runs=1)
-    quick, exact = tca.run(found.scene), tca.run("step", ["thermal.tolerance=1e-7", "rod.tolerance=1e-8"])
-    for name in found.outputs:
+    actual = sweep.read_plan("scatter", runs=1)
+    quick, exact = tca.run(actual.scene), tca.run("step", ["thermal.tolerance=1e-7", "rod.tolerance=1e-8"])
+    for name in actual.outputs:
         reference = exact[name].sel(time=quick["time"], method="nearest").to_numpy()
         error = np.sqrt(np.mean((quick[name].to_numpy() - reference) ** 2))
         assert error < 1e-3 * np.ptp(reference), name
@@ -158,25 +158,25 @@ def test_the_figure_shows_every_output(swept: tuple[sweep.SweepPlan, xr.Dataset,
 
 def test_failures_are_rows_with_their_message(tmp_path: Path) -> None:
     text = '[parameters]\n"rod.tca.offset, thermal.tca.offset" = ["2.5 mm", "4.9 mm"]\n'
-    found = sweep.run_sweep(plan(tmp_path, text, head="design = 'grid'\n"), tmp_path / "mine.sqlite")
-    failure = found["failure"].to_numpy()
+    actual = sweep.run_sweep(plan(tmp_path, text, head="design = 'grid'\n"), tmp_path / "mine.sqlite")
+    failure = actual["failure"].to_numpy()
     assert not failure[0]
     assert "thermal: " in failure[1]
-    assert np.isfinite(found["rod.tip.p"][0]).all()
-    assert np.isnan(found["rod.tip.p"][1]).all()
-    assert np.isfinite(found["rod.tip.p.quantile"]).all()
-    assert "runs failed" in found.attrs["status"]
-    chart.draw(found)
+    assert np.isfinite(actual["rod.tip.p"][0]).all()
+    assert np.isnan(actual["rod.tip.p"][1]).all()
+    assert np.isfinite(actual["rod.tip.p.quantile"]).all()
+    assert "runs failed" in actual.attrs["status"]
+    chart.draw(actual)
 
 
 def test_saltelli_gives_both_orders(tmp_path: Path) -> None:
-    found = sweep.run_sweep(plan(tmp_path, head="design = 'saltelli'\nruns = 32\n"), tmp_path / "mine.sqlite")
-    last = found.isel(time=-1, index3=2)
+    actual = sweep.run_sweep(plan(tmp_path, head="design = 'saltelli'\nruns = 32\n"), tmp_path / "mine.sqlite")
+    last = actual.isel(time=-1, index3=2)
     total = last["thermal.T.total_order"].to_numpy()
     assert total[0] > 0.5
     assert total[1] == 0.0  # a stiffer body heats nothing
     assert last["rod.tip.p.first_order"][1] > 0.5
-    assert "Sobol' index" in chart.draw(found).axes[1].get_xlabel()
+    assert "Sobol' index" in chart.draw(actual).axes[1].get_xlabel()
 
 
 def test_archives_stay_open_between_runs_until_their_file_changes(tmp_path: Path) -> None:
@@ -194,7 +194,7 @@ def test_archives_stay_open_between_runs_until_their_file_changes(tmp_path: Path
 
 
 def test_finished_runs_are_not_run_again(swept: tuple[sweep.SweepPlan, xr.Dataset, Path], tmp_path: Path) -> None:
-    found, data, _ = swept
+    actual, data, _ = swept
     ran: list[int] = []
 
     def stopping(tasks: list) -> object:
@@ -205,9 +205,9 @@ def test_finished_runs_are_not_run_again(swept: tuple[sweep.SweepPlan, xr.Datase
                 raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        sweep.run_sweep(found, tmp_path / "mine.sqlite", stopping, threads=0)
+        sweep.run_sweep(actual, tmp_path / "mine.sqlite", stopping, threads=0)
     seen: list[sweep.SweepProgress] = []
-    again = sweep.run_sweep(found, tmp_path / "mine.sqlite", progress=seen.append)
+    again = sweep.run_sweep(actual, tmp_path / "mine.sqlite", progress=seen.append)
     assert (seen[0], seen[-1]) == (sweep.SweepProgress(3, 0, 8), sweep.SweepProgress(3, 5, 8))
     xr.testing.assert_identical(again, data)
     more = plan(tmp_path, runs=16)  # a longer sequence begins with the same points
@@ -218,12 +218,12 @@ def test_finished_runs_are_not_run_again(swept: tuple[sweep.SweepPlan, xr.Datase
 def test_the_engine_and_the_master_give_the_same_bits(
     swept: tuple[sweep.SweepPlan, xr.Dataset, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    found, data, _ = swept
-    xr.testing.assert_identical(sweep.run_sweep(found, tmp_path / "master.sqlite", threads=0), data)
+    actual, data, _ = swept
+    xr.testing.assert_identical(sweep.run_sweep(actual, tmp_path / "master.sqlite", threads=0), data)
     monkeypatch.setattr(many_runs, "FIRST_BLOCK", 3)
     monkeypatch.setattr(many_runs, "MOST_BLOCK", 3)
     seen: list[sweep.SweepProgress] = []
-    blocks = sweep.run_sweep(found, tmp_path / "blocks.sqlite", progress=seen.append, threads=2)
+    blocks = sweep.run_sweep(actual, tmp_path / "blocks.sqlite", progress=seen.append, threads=2)
     xr.testing.assert_identical(blocks, data)
     assert [state.done for state in seen] == [0, 3, 6, 8]
 

@@ -45,9 +45,9 @@ def test_the_tangent_of_a_quasi_static_rod_is_that_of_its_steps(rod: Slave) -> N
             rod.restore(start)
         expected[:, column] = (sides[0] - sides[1]) / (2.0 * small)
     seen = answer(rod, guess)
-    found = rod.tangent(np.array([3, 4, 5]))
-    assert np.abs(found[:3]).max() > 1.0  # plain iteration diverges
-    np.testing.assert_allclose(found, expected, rtol=1e-5, atol=1e-6 * np.abs(expected).max())
+    actual = rod.tangent(np.array([3, 4, 5]))
+    assert np.abs(actual[:3]).max() > 1.0  # plain iteration diverges
+    np.testing.assert_allclose(actual, expected, rtol=1e-5, atol=1e-6 * np.abs(expected).max())
     assert (rod.values() == seen).all()
 
 

@@ -61,11 +61,11 @@ SYSTEMS: list[tuple[Callable[[Path], Path], str, str]] = [
 
 @pytest.mark.parametrize(("build", "verdict", "said"), SYSTEMS, ids=[build.__name__ for build, *_ in SYSTEMS])
 def test_the_verdict_is_the_known_one(build: Callable[[Path], Path], verdict: str, said: str, tmp_path: Path) -> None:
-    found = coupling.verify(tca.read(build(tmp_path)))
-    assert (found.verdict, found.trusted) == (verdict, verdict == "healthy"), found.reasons
-    assert said in "\n".join(found.reasons), found.reasons
-    json.dumps(coupling.as_json(found), allow_nan=False)
-    coupling.write_html(found, tmp_path / "page.html")
+    actual = coupling.verify(tca.read(build(tmp_path)))
+    assert (actual.verdict, actual.trusted) == (verdict, verdict == "healthy"), actual.reasons
+    assert said in "\n".join(actual.reasons), actual.reasons
+    json.dumps(coupling.as_json(actual), allow_nan=False)
+    coupling.write_html(actual, tmp_path / "page.html")
     checker = html.parser.HTMLParser()
     checker.feed((tmp_path / "page.html").read_text(encoding="utf-8"))
 
@@ -75,11 +75,11 @@ def test_errors_are_estimated_by_the_observed_order(order: int) -> None:
     """y + c H^p, of which everything is known."""
     t = np.linspace(0.0, 1.0, 11)
     courses = [t + 0.3 * (0.5**k * 0.5) ** order * t**2 for k in range(3)]
-    found = assess_signal("one.x", "m", courses, 0.5, 0.001)
+    actual = assess_signal("one.x", "m", courses, 0.5, 0.001)
     exact = 0.3 * 0.5**order * float(np.sqrt(np.mean(t**4)))
-    assert found.order == pytest.approx(order, abs=1e-6)
-    assert found.error == pytest.approx(exact / float(np.ptp(courses[-1])), rel=1e-6)
-    assert found.kind == "step"
+    assert actual.order == pytest.approx(order, abs=1e-6)
+    assert actual.error == pytest.approx(exact / float(np.ptp(courses[-1])), rel=1e-6)
+    assert actual.kind == "step"
     allowed = assess_signal("one.x", "m", courses, 0.5, 1.1 * exact)
     assert allowed.kind == "settled"
     assert np.isnan(allowed.needed)
@@ -107,8 +107,8 @@ def test_differences_that_appear_vanish_or_are_not_finite() -> None:
         ([t, 1.5 * t], "unsettled"),
         ([t], "unknown"),
     ):
-        found = assess_signal("a.y", "m", courses, 0.1, 0.01)
-        assert found.kind == kind, (courses, found.text)
+        actual = assess_signal("a.y", "m", courses, 0.1, 0.01)
+        assert actual.kind == kind, (courses, actual.text)
 
 
 def test_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -111,10 +111,10 @@ def test_values_of_many_rows_take_linear_memory() -> None:
     there = np.linspace(0.0, 10.0, 100_001)
     result = xr.Dataset({"rod.delta": (("time", "index3"), np.outer(there, [1.0, 2.0, 3.0]))}, {"time": there})
     tracemalloc.start()
-    found = values_at(result, "rod.delta", there * (1.0 + 1e-12))
+    actual = values_at(result, "rod.delta", there * (1.0 + 1e-12))
     _, peak = tracemalloc.get_traced_memory()
     tracemalloc.stop()
-    np.testing.assert_array_equal(found[:, 1], 2.0 * there)
+    np.testing.assert_array_equal(actual[:, 1], 2.0 * there)
     assert peak < 30 * there.nbytes
     with pytest.raises(CosimError, match=r"no value at t = 5\.00005 s"):
         values_at(result, "rod.delta", np.array([0.0, 5.00005, 10.0]))
@@ -214,10 +214,10 @@ def test_the_table_is_written_whole(small: xr.Dataset, tmp_path: Path) -> None:
 
 
 def test_the_best_of_each_solver(small: xr.Dataset) -> None:
-    found = work_precision.fastest_points(small, 0.1)
-    assert set(found) == {"cosimulation", "monolith", "reference"}
+    actual = work_precision.fastest_points(small, 0.1)
+    assert set(actual) == {"cosimulation", "monolith", "reference"}
     times = small["time"].to_numpy()
-    assert times[found["cosimulation"]] == np.nanmin(times[:2])
+    assert times[actual["cosimulation"]] == np.nanmin(times[:2])
     assert work_precision.fastest_points(small, 0.0) == {}
 
 
@@ -247,7 +247,7 @@ def test_a_truth_says_how_far_it_is(tmp_path: Path) -> None:
     (tmp_path / "small.toml").write_text(SMALL)
     heard: list[tuple[int, float]] = []
     work_precision.reference_solutions(
-        ["step"], ["stop_time=1"], tmp_path / "small.toml", progress=lambda *told: heard.append(told)
+        ["step"], ["stop_time=1"], tmp_path / "small.toml", progress=lambda *shares: heard.append(shares)
     )
     assert heard == [(number, share) for number in (0, 1) for share in (0.0, 0.25, 0.5, 0.75, 1.0)]
 
@@ -288,26 +288,26 @@ def test_a_jump_between_outputs_costs_a_step(steps: int, wanted: int) -> None:
 def test_the_coupling_error_falls_to_1e9_of_the_range(scene: str, overrides: list[str], order: int | None) -> None:
     """What the voltages and loads do within a step is a cubic to the FMUs with their mean and first moment: order 6 to
     what is slow against a step, 4 to what is fast, and heat and rods have both. Where it is one, no error is left."""
-    found = work_precision.halve_steps(scene, overrides)
-    assert found["difference"][-1] <= 1e-9
+    actual = work_precision.halve_steps(scene, overrides)
+    assert actual["difference"][-1] <= 1e-9
     if order is None:
-        assert found.sizes["step"] == 2
+        assert actual.sizes["step"] == 2
     else:
-        assert found["order"][-2:].to_numpy() == pytest.approx([order] * 2, abs=0.3)
+        assert actual["order"][-2:].to_numpy() == pytest.approx([order] * 2, abs=0.3)
 
 
 def test_heat_that_starts_at_once_costs_a_loop_two_orders() -> None:
     """After a jump of the voltage a temperature's rate goes with the root of time, and displacements, which the loop
     carries as cubics, go with it."""
-    found = work_precision.halve_steps("feedback", ["stop_time=6"], halvings=3)
-    assert found["order"][-2:].to_numpy() == pytest.approx([2.0] * 2, abs=0.1)
+    actual = work_precision.halve_steps("feedback", ["stop_time=6"], halvings=3)
+    assert actual["order"][-2:].to_numpy() == pytest.approx([2.0] * 2, abs=0.1)
 
 
 def test_steps_too_long_for_a_loop_are_left_behind_as_failed() -> None:
-    found = work_precision.halve_steps("stiff")
-    assert np.isnan(found["difference"][0])
-    assert "make coupling.macro_step smaller" in found["failure"][0].item()
-    assert found["difference"][-1] <= 1e-9
+    actual = work_precision.halve_steps("stiff")
+    assert np.isnan(actual["difference"][0])
+    assert "make coupling.macro_step smaller" in actual["failure"][0].item()
+    assert actual["difference"][-1] <= 1e-9
     with pytest.raises(CouplingError, match=r"gain 3\.2"):
         work_precision.halve_steps("plain", ["stop_time=1"], halvings=2)
 
@@ -316,10 +316,10 @@ def test_co_simulation_meets_the_reference_on_drop() -> None:
     """Refined both: 1e-4 of the length."""
     scene = tca_cosim.read("drop", ["stop_time=0.2", "rod.order=5"])
     fine = reference.Resolution(elements=2, degree=4, rtol=1e-4)
-    found = {gap.name: gap for gap in reference.compare(tca_cosim.run(scene), reference.run(scene, fine))}
-    assert found["rod.tip.p"].most < 1e-4 * 0.04 < 1e-3 * found["rod.tip.p"].span
-    assert found["rod.delta"].most < 1e-6
-    assert found["thermal.T"].most < 5e-3
+    actual = {gap.name: gap for gap in reference.compare(tca_cosim.run(scene), reference.run(scene, fine))}
+    assert actual["rod.tip.p"].most < 1e-4 * 0.04 < 1e-3 * actual["rod.tip.p"].span
+    assert actual["rod.delta"].most < 1e-6
+    assert actual["thermal.T"].most < 5e-3
 
 
 def test_command(tmp_path: Path) -> None:
@@ -342,8 +342,8 @@ def test_the_release_is_drawn_with_what_was_unstable_at_the_edge() -> None:
     def row(code: str, dim: int, damped: bool, error: float, cpu: float) -> PeerRow:
         largest = error if error < 1e3 else math.inf
         times = {"cpu": cpu, "cpu_low": 0.9 * cpu, "cpu_high": 1.1 * cpu, "times_real_time": 1 / cpu}
-        about = {"setting": "", "every_10_ms": True, "error": error, "largest_error": largest}
-        return PeerRow(code=code, dim=dim, damped=damped, **times, **about)
+        accuracy = {"setting": "", "every_10_ms": True, "error": error, "largest_error": largest}
+        return PeerRow(code=code, dim=dim, damped=damped, **times, **accuracy)
 
     rows = [row("rod.fmu", 3, damped, error, 0.01 / error) for damped in (False, True) for error in (1.0, 10.0)]
     rows += [row("other", 2, False, 5e3, 1.0), row("other", 2, True, 10.0, 1.0)]

@@ -260,7 +260,7 @@ def campaign(fmu: Fmu, count: int, seed: int) -> tuple[Counter[str], list[str]]:
 
 if __name__ == "__main__":
     path = THERMAL if "thermal" in sys.argv else ROD
-    totals, found = campaign(Fmu(path), int(sys.argv[1]), int((sys.argv[2:] or [0])[0]))
+    totals, actual = campaign(Fmu(path), int(sys.argv[1]), int((sys.argv[2:] or [0])[0]))
     for what, often in sorted(totals.items()):
         print(f"{often:8} {what}")
-    print(f"{len(found):8} wrong without a word", *found, sep="\n  ")
+    print(f"{len(actual):8} wrong without a word", *actual, sep="\n  ")

@@ -25,7 +25,7 @@ double seconds(Clock::duration time) { return std::chrono::duration<double>(time
 // Number of allocations of this thread so far, by counting.cpp where it was loaded before the C library; 0 elsewhere.
 Count allocation_counter() {
 #ifdef __linux__
-  if (void* found = dlsym(RTLD_DEFAULT, "tca_allocations")) return reinterpret_cast<Count>(found);
+  if (void* counter = dlsym(RTLD_DEFAULT, "tca_allocations")) return reinterpret_cast<Count>(counter);
 #endif
   return nullptr;
 }

@@ -149,7 +149,7 @@ def _described(fit: Fit, x: np.ndarray) -> Estimate:
         correlations=covariance / np.outer(deviations, deviations),
         noise=dict(fit.sigma),
         residuals=fit.rms(x),
-        spread={vector: fit.spread_about_means(vector) for vector in fit.vectors},
+        spread={vector: fit.spread_around_means(vector) for vector in fit.vectors},
         undetermined=tuple(undetermined),
         at_bounds=tuple(n for n, v, a, b in zip(names, x, least, most, strict=True) if min(v - a, b - v) < 1e-6),
         samples=fit.samples,

@@ -65,7 +65,7 @@ class Fit:
         values = [p.measured.values[:, k] for p in self.predictors for k in self._columns(p, vector)]
         return float(np.nanstd(np.concatenate(values))) or 1.0
 
-    def spread_about_means(self, vector: str) -> float:
+    def spread_around_means(self, vector: str) -> float:
         """Return the standard deviation of what was measured of a vector, about the mean of each of its outputs."""
         deviations = [
             p.measured.values[:, k] - np.nanmean(p.measured.values[:, k])

@@ -8,7 +8,7 @@ namespace {
 
 /// Position and orientation of the end.
 template <int packs>
-ROD_INLINE void place_end(const RodConstants& segment, Kinematics& w) {
+ROD_INLINE void locate_end(const RodConstants& segment, Kinematics& w) {
   NodeArray<Triad<Pack>, packs> l;
   for (int p = 0; p < packs; ++p) l[p] = w.l[p];
   w.tip.p = w.base.p + segment.length * node_sum<packs>(*segment.grid, l);
@@ -20,7 +20,7 @@ template <int packs>
 ROD_INLINE void forward(const RodConstants& segment, const double* q, const double* v, const double* a, bool moving,
                         Kinematics& w, const Gradients& b) {
   positions<Segmented, packs>(segment, q, w, b);
-  place_end<packs>(segment, w);
+  locate_end<packs>(segment, w);
   w.moving = moving;
   if (!moving) return;
   velocities<Segmented, packs>(segment, v, w);

@@ -77,7 +77,7 @@ SegmentedRod::SegmentedRod(const Parameters& p)
   for (std::size_t i = 0; i < p.tcas; ++i)
     for (const Part& part : parts_) span_[i] += part.reference_path[i];
   first_frequency_ = rayleigh_frequency(p);
-  place_stations(p);
+  locate_stations(p);
 }
 
 void SegmentedRod::add_inertia(const Parameters& p, std::size_t j, Part& part) const {
@@ -145,7 +145,7 @@ void SegmentedRod::route_tcas(const Parameters& p, std::size_t j, Part& part) co
   }
 }
 
-void SegmentedRod::place_stations(const Parameters& p) {
+void SegmentedRod::locate_stations(const Parameters& p) {
   const double spacing = p.length() / (kShapeStations - 1);
   for (std::size_t m = 0; m < kShapeStations; ++m) {
     const double s = spacing * static_cast<double>(m);

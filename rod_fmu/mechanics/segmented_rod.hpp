@@ -61,7 +61,7 @@ class SegmentedRod final : public Rod {
   void add_inertia(const Parameters& p, std::size_t j, Part& part) const;
   void add_stiffness(const Parameters& p, std::size_t j, Part& part) const;
   void route_tcas(const Parameters& p, std::size_t j, Part& part) const;
-  void place_stations(const Parameters& p);
+  void locate_stations(const Parameters& p);
   StrainRange strain_range(const double* q) const override;
 
   void size(Workspace& work) const;

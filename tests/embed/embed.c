@@ -32,12 +32,12 @@ static void need(int holds, const char* what) {
   if (!holds) fprintf(stderr, "failed: %s\n", what), exit(1);
 }
 
-static void show(fmi2ComponentEnvironment host, fmi2String name, fmi2Status status, fmi2String about, fmi2String text,
-                 ...) {
+static void show(fmi2ComponentEnvironment host, fmi2String name, fmi2Status status, fmi2String category,
+                 fmi2String text, ...) {
   (void)host, (void)status;
   va_list values;
   va_start(values, text);
-  fprintf(stderr, "%s, %s: ", name, about), vfprintf(stderr, text, values), fputc('\n', stderr);
+  fprintf(stderr, "%s, %s: ", name, category), vfprintf(stderr, text, values), fputc('\n', stderr);
   va_end(values);
 }
 
@@ -45,9 +45,9 @@ static void show(fmi2ComponentEnvironment host, fmi2String name, fmi2Status stat
 static fmi2ValueReference reference(const Fmu* fmu, const char* name) {
   char start[99];
   snprintf(start, sizeof start, "<ScalarVariable name=\"%s\" valueReference=\"", name);
-  const char* found = strstr(fmu->xml, start);
-  need(found != NULL, name);
-  return (fmi2ValueReference)atoi(found + strlen(start));
+  const char* entry = strstr(fmu->xml, start);
+  need(entry != NULL, name);
+  return (fmi2ValueReference)atoi(entry + strlen(start));
 }
 
 static Fmu* load(const char* folder, const char* name) {

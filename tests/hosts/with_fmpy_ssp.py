@@ -22,6 +22,6 @@ def prepare(component, folder, start_time, stop_time, _):
 
 
 simulation.instantiate_fmu = prepare
-found = simulation.simulate_ssp(archive, stop_time=STOP - step / 2, step_size=step)
+actual = simulation.simulate_ssp(archive, stop_time=STOP - step / 2, step_size=step)
 names = [f"thermal.{name}" for name in HEAT] + [f"rod.{name}" for name in TIP]
-save(table, zip(found["time"] + step, *(found[name] for name in names), strict=True))
+save(table, zip(actual["time"] + step, *(actual[name] for name in names), strict=True))

@@ -26,5 +26,5 @@ with tempfile.TemporaryDirectory() as folder:
     (Path(folder) / "both.csv").write_text("\n".join(rules))
     build = [str(Path(sys.executable).with_name("fmucontainer")), "-container", f"both.csv:{step}", "-sequential"]
     subprocess.run([*build, "-no-auto-input", "-no-auto-output", "-no-auto-link"], cwd=folder, check=True)
-    found = simulate_fmu(Path(folder) / "both.fmu", stop_time=STOP, step_size=step, output_interval=step)
-save(table, zip(*(found[name][1:] for name in ("time", *HEAT, *TIP)), strict=True))
+    actual = simulate_fmu(Path(folder) / "both.fmu", stop_time=STOP, step_size=step, output_interval=step)
+save(table, zip(*(actual[name][1:] for name in ("time", *HEAT, *TIP)), strict=True))

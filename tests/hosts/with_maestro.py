@@ -69,8 +69,8 @@ thermal, rod = (read_model_description(str(fmus / f"{name}.fmu")) for name in ("
 
 
 def references(model, names):
-    found = {variable.name: str(variable.valueReference) for variable in model.modelVariables}
-    return ", ".join(found[name] for name in names)
+    actual = {variable.name: str(variable.valueReference) for variable in model.modelVariables}
+    return ", ".join(actual[name] for name in names)
 
 
 specification = SPECIFICATION.format(

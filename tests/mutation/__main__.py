@@ -77,6 +77,7 @@ def main() -> None:
     commands = parser.add_subparsers(dest="command", required=True)
     mapping = commands.add_parser("map", help="measure which test executes which line")
     mapping.add_argument("tests", nargs="+", help="files or names of tests")
+    mapping.add_argument("--marks", default="not hosts", help="marks of the tests, as pytest takes them")
     mapping.add_argument("--out", type=Path, required=True, help=f"measurement, in {MAPS.relative_to(ROOT)}/")
     running = commands.add_parser("run", help="run a sample of mutants")
     running.add_argument("folders", nargs="+", help="folders of orchestration/, such as cosim scene")
@@ -90,7 +91,7 @@ def main() -> None:
     out.parent.mkdir(parents=True, exist_ok=True)
     with copied_project() as copy:
         if given.command == "map":
-            measure(given.tests, copy, out)
+            measure(given.tests, given.marks, copy, out)
             return
         for library in LIBRARIES:
             importlib.import_module(library)

@@ -137,8 +137,8 @@ def _outermost_function(tree: ast.AST, node: ast.AST) -> tuple[str, int] | None:
         if isinstance(child, ast.FunctionDef):
             if any(node in ast.walk(statement) for statement in child.body):
                 return child.name, min(each.lineno for each in (child, *child.decorator_list))
-        elif (found := _outermost_function(child, node)) is not None:
-            return found
+        elif (inner := _outermost_function(child, node)) is not None:
+            return inner
     return None
 
 

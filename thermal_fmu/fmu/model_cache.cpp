@@ -19,13 +19,13 @@ std::deque<std::shared_ptr<const DerivedModel>>& kept() {
 }  // namespace
 
 std::optional<DerivedModel> find_derived(const Parameters& parameters) {
-  std::shared_ptr<const DerivedModel> found;
+  std::shared_ptr<const DerivedModel> kept_model;
   {
     const core::SpinLock lock(is_taken);
     for (const auto& each : kept())
-      if (each->parameters.has_same_section(parameters)) found = each;
+      if (each->parameters.has_same_section(parameters)) kept_model = each;
   }
-  return found ? std::optional(*found) : std::nullopt;
+  return kept_model ? std::optional(*kept_model) : std::nullopt;
 }
 
 void keep_derived(const DerivedModel& derived) {

@@ -119,8 +119,8 @@ def beam_of(scene: Scene) -> Beam:
     p = RodParameters.of(rod)
     if len({tca.offset for tca in p.tcas}) > 1:
         raise SceneError("rod.tca.offset: theory does not cover TCAs at different distances; give all the same")
-    if found := p.differences_from_uniform():
-        raise SceneError(f"{rod.name}: theory does not cover {', '.join(found)}; give one uniform body")
+    if differences := p.differences_from_uniform():
+        raise SceneError(f"{rod.name}: theory does not cover {', '.join(differences)}; give one uniform body")
     return Beam(
         body=replace(p.segments[0], length=p.length),
         offset=p.tcas[0].offset,

@@ -55,9 +55,9 @@ def rod_data(rod: Member) -> RodData:
         The scene chooses a law that the reference does not cover.
     """
     p = RodParameters.of(rod)
-    if found := p.differences_from_uniform():
+    if limits := p.differences_from_uniform():
         raise SceneError(
-            f"reference: {rod.name} has {', '.join(found)}; the reference solution is for one uniform segment with "
+            f"reference: {rod.name} has {', '.join(limits)}; the reference solution is for one uniform segment with "
             "TCAs along all of it that slide and turn freely; leave the rod out of the comparison, or change it"
         )
     body, length = p.segments[0], p.length

@@ -122,14 +122,14 @@ def _chart_cards(
 def _samples(chart: Chart, result: xr.Dataset, measured: Measured) -> dict[str, tuple[np.ndarray, np.ndarray]]:
     """Measured samples of a chart's lines in its unit, within the time of the result."""
     course = result["time"].to_numpy()
-    found = {}
+    samples = {}
     for line in chart.lines:
         if line.name in measured.values:
             times, values = measured.samples(line.name)
             unit = result[line.name.partition("[")[0]].attrs.get("units", "1")
             inside = (times >= course[0]) & (times <= course[-1])
-            found[line.name] = (times[inside], in_unit(values[inside], unit, chart.unit))
-    return found
+            samples[line.name] = (times[inside], in_unit(values[inside], unit, chart.unit))
+    return samples
 
 
 def _charts_section(cards: list[ChartCard]) -> str:
