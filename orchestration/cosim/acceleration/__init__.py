@@ -24,7 +24,7 @@ from .secants import Secants, norm, spectral_radius
 
 __all__ = ["METHODS", "IterationHistory", "Method", "Outcome", "Secants", "create", "norm", "solve", "spectral_radius"]
 
-RELAXED: dict[str, type[Relaxation] | type[Aitken] | type[Broyden]] = {
+RELAXED: dict[str, Callable[..., Method]] = {
     "relaxed": Relaxation,
     "aitken": Aitken,
     "broyden": Broyden,
