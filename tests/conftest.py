@@ -58,6 +58,7 @@ SLOW = {
     "test_select",
     "test_ssp",
     "test_stability",
+    "test_step_halving",
     "test_sweep",
     "test_sweep_mistakes",
     "test_tangent",

@@ -116,7 +116,8 @@ class Trials:
 
         def attempt(tests: list[str]) -> bool:
             options = [*OPTIONS, f"--basetemp={self.scratch / 'tmp'}"]
-            return pytest.main([*options, *tests], plugins=[_FailureFile(self.scratch / "failed")]) == 0
+            code = pytest.main([*options, *tests], plugins=[_FailureFile(self.scratch / "failed")])
+            return code in (pytest.ExitCode.OK, pytest.ExitCode.USAGE_ERROR)  # the latter: a test is no longer there
 
         for path, mutant, tests in self._waiting():
             self._try(path, mutant, tests, lambda: None, attempt)
