@@ -189,7 +189,7 @@ class Trials:
         limit = GRACE + SLOWER * sum(self.map.seconds[test] for test in tests)
         child = os.fork()
         if child == 0:
-            os.setsid()
+            os.setpgid(0, 0)  # what the tests start ends with it
             resource.setrlimit(resource.RLIMIT_CPU, (int(limit), int(limit) + 5))
             os.environ["TCA_COSIM_CACHE"] = str(self.scratch / "cache")
             with (self.scratch / "log").open("w") as log:
