@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import re
 from pathlib import Path
 
@@ -35,3 +36,45 @@ def test_marked_modules_exist() -> None:
 
 def test_every_test_has_a_time_limit() -> None:
     assert re.search(r"^timeout = \d+", read("pyproject.toml"), re.MULTILINE)
+
+
+VAGUE = {"place", "found", "about", "told"}  # words that mean too much to name code
+PYTHON = [path for folder in ("orchestration", "tests", "docs") for path in sorted((ROOT / folder).rglob("*.py"))]
+CXX = [
+    path
+    for folder in ("rod_fmu", "thermal_fmu", "fmus", "orchestration", "tests")
+    for ending in ("c", "h", "cpp", "hpp")
+    for path in sorted((ROOT / folder).rglob(f"*.{ending}"))
+]
+COMMENT_OR_TEXT = re.compile(r'//[^\n]*|/\*.*?\*/|"(?:\\.|[^"\\\n])*"', re.DOTALL)
+
+
+def names(node: ast.AST) -> set[str]:
+    """Identifiers that a node introduces or uses."""
+    fields = (getattr(node, field, None) for field in ("id", "arg", "attr", "name", "asname"))
+    return {name for name in fields if isinstance(name, str) and not name.startswith("test_")}
+
+
+def is_vague(name: str) -> bool:
+    return not VAGUE.isdisjoint(name.split("_"))
+
+
+def test_python_names_and_docstrings_use_terms_of_the_field() -> None:
+    """Docstrings start with a verb or a noun phrase."""
+    wrong = []
+    for path in PYTHON:
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            wrong += [f"{path.relative_to(ROOT)}: {name}" for name in names(node) if is_vague(name)]
+            if isinstance(node, (ast.Module, ast.ClassDef, ast.FunctionDef)):
+                text = ast.get_docstring(node, clean=False) or ""
+                wrong += [f"{path.relative_to(ROOT)}: {text[:60]}"] * text.startswith(
+                    ("Of ", "About ", "Told ", "Found ")
+                )
+    assert not wrong
+
+
+def test_cxx_names_are_terms_of_the_field() -> None:
+    assert CXX
+    code = {path: COMMENT_OR_TEXT.sub("", path.read_text(encoding="utf-8")) for path in CXX}
+    wrong = {(path.name, name) for path, text in code.items() for name in re.findall(r"[A-Za-z_]\w*", text)}
+    assert not {(path, name) for path, name in wrong if is_vague(name)}

@@ -164,7 +164,7 @@ def test_sums_come_back_from_ssp(tmp_path: Path) -> None:
 
 
 def test_sums_with_offsets_and_many_terms_come_back_from_ssp(members: dict[str, Path], tmp_path: Path) -> None:
-    """Of units with different zeros, and of more outputs than one sum.fmu takes."""
+    """Units have different zeros, and outputs are more than one sum.fmu takes."""
     mean = scene(tmp_path, ["0.5*a.T + 0.5*c.T -> to.T"], **members)
     assert tca.run(from_ssp(mean, tmp_path / "mean.ssp"))["to.y"].to_numpy() == pytest.approx(296.575, rel=1e-14)
     many = [real(f"x[{k}]") for k in range(1, 31)]

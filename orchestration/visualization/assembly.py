@@ -96,10 +96,10 @@ def assembly(result: xr.Dataset, rows: np.ndarray) -> Assembly:
     """Bodies at some rows of a result. CosimError where it contains no rod."""
     placed: Mapping[str, Any] = json.loads(result.attrs.get("placement", "{}"))
     own = [manipulator(result, rows, rod) for rod in rod_members(result)] or [manipulator(result, rows)]
-    known = [m.moved(np.array(place["position"]), place["turn"]) for m in own if (place := placed.get(m.name))]
+    known = [m.moved(np.array(pose["position"]), pose["turn"]) for m in own if (pose := placed.get(m.name))]
     unknown = [m for m in own if m.name not in placed]
     blocks = tuple(
-        _block(result, rows, name, place) for name, place in placed.items() if place["size"] and name in members(result)
+        _block(result, rows, name, pose) for name, pose in placed.items() if pose["size"] and name in members(result)
     )
     if not known and len(unknown) == 1:
         return Assembly((unknown[0],), blocks, False)
@@ -111,15 +111,15 @@ def assembly(result: xr.Dataset, rows: np.ndarray) -> Assembly:
     return Assembly(tuple(sorted(stood, key=lambda m: order[m.name])), blocks, bool(unknown))
 
 
-def _block(result: xr.Dataset, rows: np.ndarray, name: str, place: Mapping[str, Any]) -> Block:
-    axes = Rotation.from_euler("z", place["turn"]).as_matrix().T
+def _block(result: xr.Dataset, rows: np.ndarray, name: str, pose: Mapping[str, Any]) -> Block:
+    axes = Rotation.from_euler("z", pose["turn"]).as_matrix().T
     motion = np.zeros((rows.size, 3))
-    if place["motion"]:
-        moved = result.get(f"{name}.{place['motion']}")
+    if pose["motion"]:
+        moved = result.get(f"{name}.{pose['motion']}")
         if moved is None:
             raise CosimError(
-                f"placement of {name!r}: {name}.{place['motion']} is not in the result; run the scene with it recorded"
+                f"placement of {name!r}: {name}.{pose['motion']} is not in the result; run the scene with it recorded"
             )
         values = moved.to_numpy()[rows].reshape(rows.size, -1)
         motion[:, : values.shape[1]] = values
-    return Block(name, np.array(place["size"]), axes, np.array(place["position"]) + motion @ axes)
+    return Block(name, np.array(pose["size"]), axes, np.array(pose["position"]) + motion @ axes)
