@@ -107,7 +107,7 @@ def _signals() -> str:
     rows = []
     for name in validation.SIGNALS:
         if name == "table":
-            course = "values of a column of a CSV file, joined by straight lines or held"
+            course = "values of a column of a CSV or NetCDF file, joined by straight lines or held"
             rows.append((f"`{name}`", ", ".join(columns.ENTRIES), course))
             continue
         described = getattr(signals, name, None) or getattr(signals, name.capitalize())

@@ -4,12 +4,16 @@ order, and what is hit feels the whole blow."""
 from __future__ import annotations
 
 import math
+import re
 from pathlib import Path
+from typing import Any
 
+import netCDF4
 import numpy as np
 import pytest
 import tca_cosim as tca
 from scipy.special import spherical_jn
+from tca_cosim import results
 from tca_cosim.cosim.signals import Impulse, Ramps, Sine, Steps, _bessel
 from tca_cosim.studies.stability.model_problems import couple, linear
 
@@ -102,3 +106,76 @@ def test_amplitudes_may_be_negative_where_values_may_not() -> None:
 def test_shapes_are_tables() -> None:
     with pytest.raises(tca.SceneError, match=r"give sine as a table with offset, amplitude, period, phase"):
         tca.read("step", {"thermal.V[1]": {"sine": 5}})
+
+
+def driven(folder: Path, **signal: object) -> Any:
+    """The signal of V[1] of a scene in that folder."""
+    path = folder / "driven.toml"
+    path.write_text('stop_time = "2 s"\n')
+    return tca.read(path, {"thermal.V[1]": {**signal, "file": str(folder / str(signal["file"]))}}).member("thermal")
+
+
+def test_columns_of_netcdf_files_drive_inputs(tmp_path: Path) -> None:
+    """Of a result of this package, by the names of its variables; units come from the file."""
+    result = tca.run("step", {"stop_time": 1.0})
+    results.write(result, tmp_path / "before.nc")
+    signal = driven(tmp_path, file="before.nc", column="thermal.V[3]", hold="held").signals["V[1]"]
+    assert isinstance(signal, Steps)
+    assert signal.times == tuple(result["time"].to_numpy().tolist())
+    assert set(signal.values) == {3.0}
+    path = tmp_path / "again.toml"
+    path.write_text(
+        'stop_time = "1 s"\n[fmus]\nrod = "rod.fmu"\n[rod]\ndynamic = false\nclosure = "inside"\n'
+        'T = { file = "before.nc", columns = ["thermal.T[1]", "thermal.T[2]", "thermal.T[3]"], hold = "linear" }\n'
+    )
+    again = tca.run(path)
+    np.testing.assert_allclose(again["rod.T"].to_numpy()[-1], result["thermal.T"].to_numpy()[-1], rtol=1e-12)
+
+
+def test_netcdf_files_of_others_are_read_by_their_own_names(tmp_path: Path) -> None:
+    with netCDF4.Dataset(tmp_path / "own.nc", "w") as file:
+        file.createDimension("sample", 3)
+        for name, unit, values in (("when", "ms", [0, 500, 1000]), ("U", "mV", [0, 100, 200]), ("bad", "V", [0, 0, 0])):
+            variable = file.createVariable(name, "f8", ("sample",), fill_value=-1.0)
+            variable.units = unit
+            variable[:] = values
+        file["bad"][1] = -1.0
+        file.createVariable("label", str, ("sample",))
+    signal = driven(tmp_path, file="own.nc", column="U", time="when").signals["V[1]"]
+    assert signal.times == (0.0, 0.5, 1.0)
+    assert signal.values == pytest.approx((0.0, 0.1, 0.2))
+    for entries, words in (
+        ({"column": "bad", "time": "when"}, "row 2: 'bad' is not finite, or missing"),
+        ({"column": "U"}, "no time"),
+        ({"column": "W", "time": "when"}, "no such column"),
+        ({"column": "U", "time": "label"}, "no time 'label'"),
+    ):
+        with pytest.raises(tca.SceneError, match=re.escape(words)):
+            driven(tmp_path, file="own.nc", **entries)
+    (tmp_path / "no.nc").write_text("text")
+    with pytest.raises(tca.SceneError, match="not a readable NetCDF file"):
+        driven(tmp_path, file="no.nc", column="U")
+    with pytest.raises(tca.SceneError, match="check the path"):
+        driven(tmp_path, file="none.nc", column="U")
+
+
+def test_two_rows_of_one_time_are_a_jump(tmp_path: Path) -> None:
+    """The heat of a voltage that rises, jumps and falls in straight lines is that of the same signal in parts."""
+    (tmp_path / "v.csv").write_text("t,V\n0,0\n0.5,1\n0.5,3\n1,2\n")
+    member = driven(tmp_path, file="v.csv", column="V", hold="linear")
+    signal = member.signals["V[1]"]
+    assert signal.polynomial(0.4, 0.1)[:2] == pytest.approx((0.8, 2.0))
+    assert signal.polynomial(0.5, 0.1)[:2] == pytest.approx((3.0, -2.0))
+    result = tca.run(tmp_path / "driven.toml", {"thermal.V[1]": {"file": str(tmp_path / "v.csv"), "column": "V"}})
+    assert 0.5 in result["time"].to_numpy()
+    P, times = result["thermal.P"].to_numpy()[:, 0], result["time"].to_numpy()
+    at = int(np.searchsorted(times, 0.5))
+    assert P[at] / P[at + 1] != pytest.approx(1.0, abs=0.1)
+    for rows, hold, words in (
+        ("0,0\n0.5,1\n0.5,3\n", "held", "times must increase"),
+        ("0,0\n0.5,1\n0.5,3\n0.5,4\n", "linear", "three rows of one time"),
+        ("0,0\n0.5,1\n0.4,3\n", "linear", "times must increase"),
+    ):
+        (tmp_path / "bad.csv").write_text(f"t,V\n{rows}")
+        with pytest.raises(tca.SceneError, match=words):
+            driven(tmp_path, file="bad.csv", column="V", hold=hold)

@@ -1,8 +1,9 @@
-"""Signals from columns of CSV files.
+"""Signals from columns of CSV and NetCDF files.
 
     V = { table = { file = "volts.csv", column = "V1", time = "t", interpolation = "linear" } }
 
-Values are joined by straight lines (linear) or held. The first row that is not a comment (#) has the names; a unit may
+Values are joined by straight lines (linear) or held. Of two rows of one time the first ends a line and the second
+begins the next: the signal jumps there. In a CSV file the first row that is not a comment (#) has the names; a unit may
 follow in brackets: V1 [mV]. The first column is the time unless `time` names another.
 """
 
@@ -20,6 +21,7 @@ from typing import Any
 from ..cosim.signals import Ramps, Signal, Steps
 from ..fmi import units
 from ..fmi.archive import Variable, similar
+from .netcdf_columns import SUFFIXES, read_netcdf
 
 __all__ = ["ENTRIES", "column_names", "column_signal", "convert_column", "read_samples", "repeated"]
 
@@ -65,19 +67,41 @@ def column_signal(content: Any, folder: Path, variable: Variable, is_short: bool
     if kind not in _INTERPOLATIONS:
         raise ValueError(f"{entry('interpolation')} = {kind!r}: {similar(kind, _INTERPOLATIONS)}")
     path = folder / content["file"]
-    names, stated, rows = _read(path, _modified(path))
+    names, stated, columns = _read(path, _modified(path), content.get("time") if _is_netcdf(path) else None)
     time = _index(content.get("time", names[0]), names, entry("time"), path)
     if "column" not in content and len(names) > 2:
         raise ValueError(f"table without column; allowed: {', '.join(name for name in names if name != names[time])}")
     column = _index(content.get("column", names[1] if len(names) > 1 else names[0]), names, entry("column"), path)
-    times = convert_column([row[time] for row in rows], stated[time], _TIME, path)
-    values = convert_column([row[column] for row in rows], stated[column], variable, path)
-    if any(b <= a for a, b in itertools.pairwise(times)):
-        raise ValueError(f"{path}: times must increase; sort the rows, one for each time")
+    times = convert_column(_finite(columns[time], names[time], path), stated[time], _TIME, path)
+    values = convert_column(_finite(columns[column], names[column], path), stated[column], variable, path)
+    _require_order(times, kind == "linear", path)
     for value in values:
         if not variable.least <= value <= variable.most:
             raise ValueError(f"{path}: {value:g} is out of range; allowed: {variable.least:g} to {variable.most:g}")
     return _INTERPOLATIONS[kind](tuple(times), tuple(values))
+
+
+def _is_netcdf(path: Path) -> bool:
+    return path.suffix.lower() in SUFFIXES
+
+
+def _finite(column: Sequence[float], name: str, path: Path) -> list[float]:
+    """Return the numbers of a column. Raises ValueError where one is missing or not finite."""
+    numbers = list(map(float, column))
+    bad = next((k for k, number in enumerate(numbers, 1) if not math.isfinite(number)), None)
+    if bad is not None:
+        raise ValueError(f"{path}: row {bad}: {name!r} is not finite, or missing; correct it")
+    return numbers
+
+
+def _require_order(times: Sequence[float], may_jump: bool, path: Path) -> None:
+    """Refuse times that fall, or that occur more often than a jump needs."""
+    gaps = [b - a for a, b in itertools.pairwise(times)]
+    repeats = [gap == 0.0 for gap in gaps]
+    if any(gap < 0.0 for gap in gaps) or (any(repeats) and not may_jump):
+        raise ValueError(f"{path}: times must increase; sort the rows, one for each time")
+    if any(a and b for a, b in itertools.pairwise(repeats)):
+        raise ValueError(f"{path}: three rows of one time; give two, before and behind the jump")
 
 
 def split_head(cell: str) -> tuple[str, str]:
@@ -87,7 +111,7 @@ def split_head(cell: str) -> tuple[str, str]:
 
 
 def read_samples(path: Path) -> tuple[list[tuple[str, str]], list[list[float]]]:
-    """Read a CSV file of samples over time, whose first column is the time; empty cells are missing samples.
+    """Read a CSV or NetCDF file of samples over time; the time comes first, empty cells are missing samples.
 
     Returns
     -------
@@ -100,6 +124,10 @@ def read_samples(path: Path) -> tuple[list[tuple[str, str]], list[list[float]]]:
     ValueError
         With problem and remedy.
     """
+    if _is_netcdf(path):
+        names, stated, columns = _read(path, _modified(path))
+        times, *values = [list(map(float, column)) for column in columns]
+        return list(zip(names, stated, strict=True)), [convert_column(times, stated[0], _TIME, path), *values]
     try:
         lines = [line for line in path.read_text(encoding="utf-8-sig").splitlines() if line.strip()]
     except OSError as error:
@@ -151,8 +179,12 @@ def _modified(path: Path) -> int:
 
 
 @lru_cache(maxsize=8)
-def _read(path: Path, modified: int) -> tuple[list[str], list[str], list[list[float]]]:
-    """Names, units ('' where none) and rows of a file."""
+def _read(path: Path, modified: int, time: str | None = None) -> tuple[list[str], list[str], Sequence[Sequence[float]]]:
+    """Names, units ('' where none) and columns of a file; time: its name in a NetCDF file."""
+    if _is_netcdf(path):
+        heads, units, columns = read_netcdf(path, time)
+        _require_few(len(columns[0]), path)
+        return heads, units, columns
     try:
         text = path.read_text(encoding="utf-8-sig")
     except OSError as error:
@@ -162,8 +194,7 @@ def _read(path: Path, modified: int) -> tuple[list[str], list[str], list[list[fl
     lines = [line for line in text.splitlines() if line.strip() and not line.startswith("#")]
     if len(lines) < 2:
         raise ValueError(f"{path}: no rows; give a line of names and at least one row of numbers")
-    if len(lines) > MAX_ROWS:
-        raise ValueError(f"{path}: more than {MAX_ROWS} rows; sample it more coarsely")
+    _require_few(len(lines), path)
     head, *body = csv.reader(lines, delimiter=_delimiter(lines[0]))
     names, stated = [split_head(cell)[0] for cell in head], [split_head(cell)[1] for cell in head]
     rows = []
@@ -176,7 +207,12 @@ def _read(path: Path, modified: int) -> tuple[list[str], list[str], list[list[fl
             raise ValueError(
                 f"{path}: row {number}: {len(row)} cells for {len(names)} names, or not finite; correct it"
             )
-    return names, stated, rows
+    return names, stated, list(zip(*rows, strict=True))
+
+
+def _require_few(rows: int, path: Path) -> None:
+    if rows > MAX_ROWS:
+        raise ValueError(f"{path}: more than {MAX_ROWS} rows; sample it more coarsely")
 
 
 def _index(name: str, names: list[str], what: str, path: Path) -> int:
