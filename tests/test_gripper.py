@@ -52,6 +52,19 @@ def test_explicit_exchange_of_contact_has_the_limits_of_theory(
         assert chatters is not stable
 
 
+@pytest.mark.parametrize("method", ["iqn", "newton"])
+def test_contact_that_sets_in_within_a_step_wants_shorter_ones(method: str) -> None:
+    """At k c = 7000 the response bends from slope 0 to k within the shortest step of the default; the message's remedy
+    works, and the force is that of a nearly rigid contact."""
+    stiff = {**SHORT, "stop_time": 1.5, "object.stiffness": 1e4, "coupling.method": method}
+    with pytest.raises(tca.CouplingError, match=r"a larger coupling\.halvings|Raise coupling\.halvings"):
+        tca.run("gripper", stiff)
+    result = tca.run("gripper", {**stiff, "coupling.halvings": 12})
+    soft = tca.run("gripper", {**SHORT, "stop_time": 1.5})
+    assert 300.0 < float(result["coupling.gain"][-1]) < 1000.0  # k c where the contact is not yet fully set in
+    assert 1.0 < float(result["object.force_left"][-1] / soft["object.force_left"][-1]) < 1.2
+
+
 def test_files_that_make_no_fmu_are_refused(tmp_path: Path) -> None:
     scene = tmp_path / "scene.toml"
     contents = {

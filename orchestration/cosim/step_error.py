@@ -54,8 +54,9 @@ def give_up(time: float, step: float, failure: StepError, method: str) -> Coupli
     gain = failure.gain
     if gain >= 1.0 and method in ANY_GAIN:
         remedy = (
-            f"coupling.method = {method!r} needs a response of the loop that changes little within a step: reduce the "
-            "inputs and loads, make coupling.macro_step smaller, or let one FMU close the loop itself"
+            f"coupling.method = {method!r} needs a response of the loop that changes little within a step, not as that "
+            "of contact: let failed steps get shorter with a larger coupling.halvings, make "
+            "coupling.macro_step smaller, reduce the inputs and loads, or let one FMU close the loop itself"
         )
     elif gain >= 1.0:
         remedy = (
@@ -65,7 +66,9 @@ def give_up(time: float, step: float, failure: StepError, method: str) -> Coupli
     elif failure.remedy:
         remedy = failure.remedy
     elif failure.residuals:
-        remedy = "Raise coupling.max_sweeps, coupling.reach or coupling.tolerance"
+        remedy = (
+            "Raise coupling.halvings, which lets failed steps get shorter, coupling.max_sweeps or coupling.tolerance"
+        )
         remedy += "" if method in ANY_GAIN else ", or use coupling.method = 'iqn'"
     else:
         remedy = "Follow what the subsystem says, or make coupling.macro_step smaller"
