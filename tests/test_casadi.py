@@ -115,3 +115,16 @@ def test_the_static_inverse_is_solved(tmp_path: Path, at_most) -> None:
     degrees = np.array(actual["x"]).ravel()[:3] - 273.15
     for value, expected in zip(degrees, [51.8466, 25.0, 42.3356], strict=True):
         at_most(f"temperature {value:.4f} degC, error [K]", abs(value - expected), 1e-3)
+
+
+@pytest.mark.slow
+def test_cvodes_integrates_the_default_rod_for_30_s_with_500_steps_per_call(tmp_path: Path) -> None:
+    dae = load("rod", tmp_path)
+    x, u, p = (np.array(dae.start(names)) for names in (dae.x(), dae.u(), dae.p()))
+    u[dae.u().index("T[1]")] = 330.0
+    state = ca.MX.sym("x", len(x))
+    problem = {"x": state, "ode": dae.create("f", ["x", "u", "p"], ["ode"])(state, u, p)}
+    how = {"max_num_steps": 500, "reltol": 1e-4, "abstol": 1e-6}
+    ends = ca.integrator("rod", "cvodes", problem, 0.0, list(np.linspace(0.1, 30.0, 300)), how)(x0=x)["xf"].full()
+    assert np.abs(ends[: len(x) // 2, -1]).max() > 0.5, "a strain of the bent rod"
+    assert np.abs(ends[:, -1] - ends[:, -20]).max() < 1e-3, "at rest"

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import inspect
+
 import fmpy
 import numpy as np
 import pytest
 from fmpy.fmi1 import FMICallException
+from fmpy.sundials import CVodeSolver
 from fmu_host import SUBJECTS, FMU2Model, Subject
 
 EACH = pytest.mark.parametrize("subject", SUBJECTS, ids=lambda subject: subject.name)
@@ -44,6 +47,25 @@ def test_both_interfaces_give_the_same_answer(name: str, starts: dict, stop: flo
         size = np.ptp(slave[output])
         assert np.abs(model[output] - slave[output]).max() <= 2e-6 * size + 1e-12, output
     assert max(np.ptp(slave[output]) for output in names) > 0.0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("tolerance", [1e-4, 1e-6])
+@pytest.mark.parametrize("course", ["jump", "ramp"])
+def test_the_default_rod_runs_for_30_s_within_the_steps_that_cvode_allows(course: str, tolerance: float):
+    """FMPy's CVode takes at most 500 steps per call, holds inputs from call to call, and starts anew at events only."""
+    assert inspect.signature(CVodeSolver.__init__).parameters["maxNumSteps"].default == 500
+    times, T = ([0.0, 1.0, 1.0, 30.0], [298.15, 298.15, 340.0, 340.0])
+    if course == "ramp":
+        times, T = [0.0, 2.0, 12.0, 30.0], [298.15, 298.15, 340.0, 340.0]
+    signals = np.array(list(zip(times, T, strict=True)), dtype=[("time", float), ("T[1]", float)])
+    moving = {"fmi_type": "ModelExchange", "solver": "CVode", "relative_tolerance": tolerance, "input": signals}
+    common = {"stop_time": 30.0, "output_interval": 0.1, "output": ["tip.p[1]"]}
+    result = fmpy.simulate_fmu(str(PATHS["rod"]), **moving, **common)
+    still = fmpy.simulate_fmu(str(PATHS["rod"]), start_values={"dynamic": False, "T[1]": 340.0}, **common)
+    assert result["time"][-1] == 30.0
+    assert abs(result["tip.p[1]"][-1] - still["tip.p[1]"][-1]) < 1e-7
+    assert np.ptp(result["tip.p[1]"]) > 0.02
 
 
 @EACH

@@ -47,9 +47,16 @@ void Instance::set_states(std::span<const double> x) {
   invalidate();
 }
 
-void Instance::complete_step() {
+std::span<const double> Instance::present_inputs() {
+  inputs_.clear();
+  for (const std::size_t index : blueprint_.inputs) inputs_.push_back(value_of(blueprint_.rows[index], data()));
+  return inputs_;
+}
+
+bool Instance::complete_step() {
   require_now(model_->complete_step().as_error());
   if (std::exchange(model_->has_held_back, false)) require_now(model_->evaluate(progress_.time).as_error());
+  return input_watch_.complete_step(present_inputs());
 }
 
 void Instance::get_states(std::span<double> x) {
@@ -65,6 +72,7 @@ void Instance::get_nominals(std::span<double> x) const {
 
 void Instance::get_derivatives(std::span<double> dx) {
   need_states(dx.size());
+  if (progress_.mode == Mode::continuous) input_watch_.evaluate(progress_.time, present_inputs());
   refresh(Causality::derivative);
   for (std::size_t i = 0; i < dx.size(); ++i) {
     const Variable& row = blueprint_.rows[blueprint_.states[i]];

@@ -13,6 +13,7 @@
 
 #include "description/blueprint.hpp"
 #include "runtime/allowed_calls.hpp"
+#include "runtime/input_watch.hpp"
 #include "runtime/logging.hpp"
 #include "runtime/snapshot.hpp"
 
@@ -32,7 +33,10 @@ class Instance {
 
   Log& log() { return log_; }
   const Progress& progress() const { return progress_; }
-  void set_mode(Mode mode) { progress_.mode = mode; }
+  void set_mode(Mode mode) {
+    progress_.mode = mode;
+    input_watch_.restart();
+  }
 
   /// Throws Error when the standard does not allow the call now.
   void permit(const Call& call) const;
@@ -73,8 +77,9 @@ class Instance {
   void get_nominals(std::span<double> x) const;
   /// Throws a discarding Error where the model has no derivatives: a host may try another point.
   void get_derivatives(std::span<double> dx);
-  /// The present states are on the trajectory: what was held back of warnings is said now if it still holds.
-  void complete_step();
+  /// The present states are on the trajectory: what was held back of warnings is said now if it still holds. Returns
+  /// whether the inputs have jumped, so that the host's integrator has to start anew.
+  bool complete_step();
 
   void save(Snapshot& snapshot);
   void restore(const Snapshot& snapshot);
@@ -109,6 +114,7 @@ class Instance {
   void aim(std::span<const Reference> knowns, const double* known);
   std::vector<double> rates_along(std::span<const Reference> knowns, const double* known);
   void refresh_rates();
+  std::span<const double> present_inputs();
   std::string now() const;
   /// Requires a status, and says when it failed; the time is written only then, for it is allocated.
   void require_now(Status status);
@@ -140,6 +146,8 @@ class Instance {
   std::vector<double> states_, rates_;
   std::string missing_state_;  // a state that moves as built, though the configuration has left it out; empty: none
   bool has_states_ = false, has_rates_ = false, has_demanded_ = false;
+  InputWatch input_watch_;          // of a host that integrates; not part of the state
+  std::vector<double> inputs_;      // scratch of present_inputs()
   std::vector<double> parameters_;  // scratch of build_and_initialise(), restore() and set()
   std::vector<std::unique_ptr<Snapshot>> saved_;
 };

@@ -1,4 +1,4 @@
-// The C functions of FMI 2.0 for model exchange. There are no events.
+// The C functions of FMI 2.0 for model exchange. The only events are jumps of inputs that the host made without one.
 #include <string>
 
 #include "runtime/call.hpp"
@@ -32,8 +32,8 @@ fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean, fmi2Boolean
                                        fmi2Boolean* terminateSimulation) {
   return run(c, call::completed_integrator_step, [&](Instance& instance) {
     need(enterEventMode, terminateSimulation);
-    instance.complete_step();
-    *enterEventMode = *terminateSimulation = fmi2False;
+    *enterEventMode = instance.complete_step() ? fmi2True : fmi2False;
+    *terminateSimulation = fmi2False;
   });
 }
 

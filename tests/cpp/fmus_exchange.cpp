@@ -36,6 +36,20 @@ class Exchange : public testing::Test {
     return result;
   }
 
+  /// A step with evaluations at times [s] under forces [N], and the force at its end. Whether an event is asked for.
+  bool asks_for_event(const std::vector<std::pair<double, double>>& evaluations, double end) {
+    for (const auto& [time, force] : evaluations) {
+      EXPECT_EQ(fmi2SetTime(host.fmu, time), fmi2OK);
+      host.set("force", force);
+      derivatives();
+    }
+    host.set("force", end);
+    fmi2Boolean event = fmi2True, terminate = fmi2True;
+    EXPECT_EQ(fmi2CompletedIntegratorStep(host.fmu, fmi2True, &event, &terminate), fmi2OK);
+    EXPECT_FALSE(terminate);
+    return event;
+  }
+
   Host host{false, fmi2ModelExchange};
   const std::size_t v = kMostMasses;  // where velocities start
 };
@@ -79,6 +93,29 @@ TEST_F(Exchange, SetsBackAndSerialisesItsStates) {
   EXPECT_EQ(there, dx);
   EXPECT_EQ(slave.restore(bytes), fmi2Error);
   EXPECT_TRUE(slave.said({"an instance for model exchange", "same interface"}));
+}
+
+TEST_F(Exchange, AsksForAnEventWhereAHeldInputHasJumped) {
+  start();
+  EXPECT_FALSE(asks_for_event({{0.05, 1.0}, {0.1, 1.0}}, 1.0));
+  EXPECT_TRUE(asks_for_event({{0.15, 1.0}, {0.2, 1.0}}, 2.0));
+  fmi2EventInfo info{};
+  EXPECT_EQ(fmi2EnterEventMode(host.fmu), fmi2OK);
+  EXPECT_EQ(fmi2NewDiscreteStates(host.fmu, &info), fmi2OK);
+  EXPECT_EQ(fmi2EnterContinuousTimeMode(host.fmu), fmi2OK);
+  EXPECT_TRUE(asks_for_event({{0.25, 2.0}, {0.3, 2.0}}, 3.0));
+}
+
+TEST_F(Exchange, AsksForNoEventWhereInputsMoveWithTime) {
+  start();
+  EXPECT_FALSE(asks_for_event({{0.05, 0.5}, {0.1, 1.0}}, 1.0)) << "a one-step method";
+  EXPECT_FALSE(asks_for_event({{0.2, 2.0}}, 2.0)) << "a multistep method";
+  EXPECT_FALSE(asks_for_event({{0.3, 3.0}}, 3.0));
+}
+
+TEST_F(Exchange, AsksEulersMethodForNoEventWhereInputsMoveWithTime) {
+  start();
+  for (int k = 0; k < 4; ++k) EXPECT_FALSE(asks_for_event({{0.1 * k, k}}, k + 1.0)) << k;
 }
 
 TEST_F(Exchange, DerivativesWithoutAnAnswerAreDiscarded) {
