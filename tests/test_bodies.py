@@ -13,7 +13,8 @@ import tca_cosim as tca
 import xarray as xr
 from tca_cosim.scene.body import RodParameters
 from tca_cosim.studies.model_selection.dimensionless_numbers import dimensionless_numbers
-from tca_cosim.studies.model_selection.hierarchy import apply_choice
+from tca_cosim.studies.model_selection.hierarchy import apply_choice, choice_settings, model_hierarchies
+from tca_cosim.studies.model_selection.measure import requested_quantities
 from tca_cosim.studies.model_selection.symmetry import symmetry_plane
 from tca_cosim.visualization import animation
 from tca_cosim.visualization.charts import charts
@@ -23,7 +24,7 @@ SHORT = {"stop_time": 4.0, "coupling.macro_step": 1.0}
 
 
 def body(source: str, overrides: dict[str, Any] | None = None) -> RodParameters:
-    rod = tca.read(source, overrides or {}).model("rod")
+    rod = tca.read(source, overrides or {}).models("rod")[0]
     assert rod
     return RodParameters.of(rod)
 
@@ -54,7 +55,7 @@ def test_the_order_in_which_parameters_are_set_is_that_of_the_fmu() -> None:
 
 def test_choices_of_models_win_over_the_scene() -> None:
     scene = tca.read("step", {"rod.order": 2, "rod.strains": "bending"})
-    rod = apply_choice(scene, {"order": 5, "strains": 3}).model("rod")
+    rod = apply_choice(scene, {"order": 5, "strains": 3}).models("rod")[0]
     assert rod
     assert (rod.value("order"), rod.value("segment.order[1]")) == (5, 5)
     assert rod.value("segment.strains[1]") == rod.value("strains") == 4
@@ -100,6 +101,31 @@ def test_numbers_of_a_scene_see_the_whole_body() -> None:
     heavy = numbers("payload", {"rod.tip_body.mass": 1040.0 * math.pi * 25e-6 * 0.04})
     assert heavy.frequency / plain.frequency == pytest.approx(math.sqrt(ratio), rel=0.02)
     assert loaded.tip > plain.tip == 0.0
+
+
+def test_levels_are_those_of_all_manipulators_and_sections() -> None:
+    """A choice holds for every FMU of a model; plain settings of one section do not survive beside it."""
+    serial = tca.read("serial", {"upper.level": "lumped"})
+    settings = choice_settings(serial, {h.name: 1 for h in model_hierarchies(serial)})
+    assert settings["lower.level"] == settings["upper.level"] == "reduced"
+    gripper = tca.read("gripper")
+    assert list(requested_quantities(gripper)) == ["left.tip.p", "right.tip.p"]
+    settings = choice_settings(gripper, {h.name: 1 for h in model_hierarchies(gripper)})
+    assert settings["left.order"] == settings["right.order"] == 1
+    assert symmetry_plane(gripper) is None
+    assert not dimensionless_numbers(gripper).arc  # the object pushes, by how much is not known
+    assert dimensionless_numbers(tca.read("gripper", {"right.body.E": "10 kPa"})).frequency < 4.0  # of the softer one
+
+
+def test_where_the_heat_transfer_varies_no_reduced_heat_is_chosen() -> None:
+    fan = tca.read("fan", {"fidelity.level": "auto", "fidelity.tolerance": 1e-2, "stop_time": 20.0})
+    heat = model_hierarchies(fan)[0]
+    assert [level["level"] for level in heat.levels] == ["lumped", "full", "full", "full"]
+    result = tca.run(fan)
+    choice = json.loads(result.attrs["fidelity"])["choice"]
+    assert choice["thermal.level"] == "full"
+    fine = tca.run("fan", {"thermal.tolerance": 1e-4, "stop_time": 20.0})["rod.tip.p"].to_numpy()[-1]
+    assert np.linalg.norm(result["rod.tip.p"].to_numpy()[-1] - fine) <= 1e-2 * np.linalg.norm(fine - [0.0, 0.0, 0.04])
 
 
 def drawn(result: xr.Dataset) -> Manipulator:

@@ -195,6 +195,16 @@ def test_files_that_are_no_models_are_refused(tmp_path: Path, name: str, content
         load(tmp_path / name)
 
 
+def test_heat_without_continuous_states_is_refused_and_the_remedies_work() -> None:
+    with pytest.raises(
+        tca.SceneError, match=r"thermal\.level = full: .*set thermal\.level = reduced \(with convection"
+    ):
+        linearise("fan", 1.0)
+    reduced = linearise("fan", 1.0, {"thermal.level": "reduced", "thermal.convection": "constant"})
+    lumped = linearise("fan", 1.0, {"thermal.level": "lumped"})
+    assert len(reduced.A) > len(lumped.A) > 0
+
+
 def test_times_outside_of_the_scene_are_refused() -> None:
     with pytest.raises(tca.SceneError, match="set stop_time"):
         linearise("step", 31.0)

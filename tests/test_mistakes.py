@@ -148,7 +148,7 @@ coupling = { exchange = "held", waveform = "held" }
         (["animate", "foreign.toml"], ["no shape to draw", "run a scene with rod.fmu"]),
         (["modes", "foreign.toml"], ["gain.fmu offers no model exchange"]),
         (["monolith", "foreign.toml"], ["gain.fmu offers no model exchange"]),
-        (["reference", "foreign.toml"], ["is not a thermal or rod model"]),
+        (["reference", "foreign.toml"], ["the reference solves one thermal and one rod"]),
         (["select", "foreign.toml"], ["set fidelity.quantities"]),
         (["halving", "foreign.toml"], ["varies settings of rod.fmu, which the scene does not have"]),
         (["chart", "foreign.toml"], ["varies settings of thermal.fmu and rod.fmu"]),

@@ -59,6 +59,27 @@ def test_results_beyond_the_limits_are_doubtful(here: Path) -> None:
         tca.run("good.toml", {"thermal.V": 30, "limits.temperature": "60 degC"})
 
 
+def test_every_manipulator_and_section_is_judged_and_named(here: Path) -> None:
+    short = (
+        "--set",
+        "stop_time=2",
+        "--set",
+        "upper.V=[60, 0, 0]",
+        "--set",
+        "limits.speed=100",
+        "--set",
+        "limits.strain=9",
+    )
+    done = call("run", "serial", *short)
+    assert "warning: upper: TCA 1 is hotter than 150 degC from t = " in " ".join(done.stderr.split())
+    assert "\nlower: hottest TCA: 1, mean " in done.stdout
+    assert "\nupper: hottest TCA: 1, mean " in done.stdout
+    assert "\ntip at 2 s: x " in done.stdout  # of the one rod
+    pulled = {"stop_time": 0.2, "limits.strain": 0.03, "right.tip_force": [0.0, 0.0, 0.5]}
+    with pytest.warns(tca.SceneWarning, match="right: the body is strained along TCA 1 by more than 3 %"):
+        tca.run("gripper", {**pulled, "connections": ["left_heat.T -> left.T", "right_heat.T -> right.T"]})
+
+
 def test_a_body_strained_beyond_linear_elasticity_is_doubtful(here: Path) -> None:
     """A pull of 0.5 N stretches body and TCAs together by 4.0 %."""
     pulled = ("--set", "thermal.V=[0, 0, 0]", "--set", "rod.tip_force=[0, 0, 0.5]")

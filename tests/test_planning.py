@@ -61,7 +61,7 @@ def test_the_gradient_by_all_voltages_is_exact(at_most) -> None:
         assert rod.equilibria - before == len(times), "one pass over the path, whatever the number of voltages"
 
         def cost(V: np.ndarray) -> float:
-            powers = V**2 / np.array(heat.parameters.resistance)
+            powers = V**2 / heat.electrics.R
             return problem.cost(powers, rod.outputs(problem.temperatures(powers), times)[:, :2])
 
         for _ in range(3):
@@ -91,7 +91,7 @@ def test_an_infeasible_path_is_approximated_as_well_as_by_collocation(at_most) -
         np.testing.assert_allclose(np.array(arc(ca, ca.DM(T))).ravel(), rod.outputs(T[None])[0, :2], rtol=1e-4)
         tau, n = ca.collocation_points(3, "radau"), len(heat.A)
         C, D, _ = ca.collocation_coeff(tau)
-        largest = limits.voltage**2 / np.array(heat.parameters.resistance)
+        largest = limits.voltage**2 / heat.electrics.R
         opti = ca.Opti()
         p = opti.variable(3, len(times))
         opti.subject_to(opti.bounded(0.0, ca.vec(p), 1.0))
@@ -205,10 +205,15 @@ def test_wrong_paths_are_refused(text: str, message: str, tmp_path: Path) -> Non
 
 def test_what_plans_cannot_take_along_is_refused() -> None:
     path = circle(4.0, 4.0, 2e-3)
-    with pytest.raises(tca.SceneError, match="one thermal FMU for all TCAs"):
-        plan("serial", path)
-    with pytest.raises(tca.SceneError, match="one thermal FMU for all TCAs"):
-        workspace("serial", points=2)
+    with pytest.raises(tca.SceneError, match=r"2 FMUs with the model 'rod' \(left, right\)"):
+        workspace("gripper", points=2)
+    elsewhere = {"connections": ["thermal.T_surface -> rod.T[1]", "thermal.T[2] -> rod.T[2]"]}
+    with pytest.raises(tca.SceneError, match=r"rod\.T\[1\] comes from thermal\.T_surface"):
+        plan("step", path, overrides=elsewhere)
+    with pytest.raises(tca.SceneError, match=r"a connection such as 'thermal\.T -> rod\.T'"):
+        plan("step", path, overrides={"connections": []})
+    with pytest.raises(tca.SceneError, match="plan with convection = constant"):
+        plan("fan", path)
     with pytest.raises(tca.SceneError, match="set start_time = 0"):
         plan("step", path, overrides={"start_time": 2.0})
     assert plan("step", path, overrides={"start_time": 0.0}).reached
@@ -218,6 +223,41 @@ def test_what_plans_cannot_take_along_is_refused() -> None:
         workspace("step", points=300)
     with pytest.raises(tca.SceneError, match="limit temperature = -26 K: give a positive number"):
         PlanLimits(temperature=-26.0)
+
+
+SERIAL = {"lower.tca.beta": 0.1, "upper.tca.alpha_T": 1e-3}
+WIRES = [f"lower.T[{k}] -> rod.T[{k}]" for k in (1, 2, 3)] + [f"rod.delta[{k}] -> lower.delta[{k}]" for k in (1, 2, 3)]
+MIXED = ["0.5*lower.T[1] + 0.5*upper.T[1] -> rod.T[4]", "upper.T[2] -> rod.T[5]", "upper.T[3] -> rod.T[6]"]
+
+
+def test_a_body_of_two_sections_follows_a_path(tmp_path: Path) -> None:
+    """Six TCAs in two cross-sections, one TCA in both, with resistances that change: tip and displacement at once."""
+
+    def both(scene: Scene) -> Target:
+        t = np.linspace(6.0, 14.0, 33)
+        tip = {f"tip.p[{k}]": 2e-3 * wave(0.4 * (t - 6.0)) for k, wave in ((1, np.sin), (2, np.cos))}
+        return target_of(scene, t, tip | {"delta[1]": np.full(t.size, 2e-4)})
+
+    limits = PlanLimits(5.0, 373.15, 343.15)
+    made = plan("serial", both, limits, 0.5, {**SERIAL, "connections": WIRES + MIXED})
+    assert made.reached
+    assert made.rms < 0.1e-3
+    for section in ("lower", "upper"):
+        assert float(made.result[f"{section}.T_max"].max()) <= 343.16
+    files = made.write(tmp_path, "both")
+    head = files[0].read_text(encoding="utf-8").splitlines()[0]
+    assert head.startswith("time [s],lower.V[1] [V],lower.V[2] [V],lower.V[3] [V],upper.V[1] [V]")
+    again = tca.run(files[1])
+    np.testing.assert_allclose(again["rod.tip.p"].to_numpy(), made.result["rod.tip.p"].to_numpy(), atol=1e-9)
+
+
+def test_limits_of_each_section_are_named() -> None:
+    far = {"tip.p[1]": [-30e-3, -30e-3]}
+    made = plan("serial", lambda scene: target_of(scene, [6.0, 10.0], far), PlanLimits(4.0, 320.0, 330.0))
+    assert not made.reached
+    assert made.keeps_limits
+    assert any(text.startswith("lower.T[1] at 46.85 degC: ") for text in made.active)
+    assert any(text.startswith("upper.V[1] at 0 V: ") for text in made.active)
 
 
 def test_a_path_out_of_reach_and_a_rate_that_acts_are_named(tmp_path: Path) -> None:

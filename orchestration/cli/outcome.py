@@ -19,9 +19,15 @@ _TIP, _ANGLES, _HOTTEST = "tip.p", "tip.euler", "T_max"
 
 
 def describe(result: ResultLike) -> list[str]:
-    """Describe the end of a run, the hottest TCA and the coupling, one line for each."""
-    members = list(json.loads(result.attrs.get("members", "{}")))
-    lines = [line for part in (_tip, _heat) for member in members for line in part(result, member)]
+    """Describe the end of a run, the hottest TCA and the coupling, one line for each.
+
+    Where several FMUs have such lines, each begins with the name of its FMU.
+    """
+    members, lines = list(json.loads(result.attrs.get("members", "{}"))), []
+    for part in (_tip, _heat):
+        said = {member: list(part(result, member)) for member in members}
+        several = sum(map(bool, said.values())) > 1
+        lines += [f"{member}: {line}" if several else line for member, texts in said.items() for line in texts]
     return [*(lines or _outputs(result)), _coupling(result)]
 
 

@@ -23,7 +23,7 @@ From = Annotated[Path | None, typer.Option("--from", metavar="RESULT.nc", help="
 def require_models(command: str, scene: str, overrides: Sequence[str], models: Sequence[str]) -> None:
     """Raise CosimError where a scene lacks an FMU of this package that a command needs."""
     described = read(scene, overrides)
-    missing = [f"{model}.fmu" for model in models if described.model(model) is None]
+    missing = [f"{model}.fmu" for model in models if not described.models(model)]
     if missing:
         raise CosimError(
             f"{described.name}: `tca-cosim {command}` varies settings of {' and '.join(missing)}, which the scene does "

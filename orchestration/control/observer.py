@@ -57,7 +57,7 @@ class HeatObserver:
     ----------
     heat : HeatModel
     rod : StaticRod
-        Its last N outputs are the displacements of the N TCAs.
+        Its last n outputs are the displacements of its n TCAs.
     step : float
         Time between measurements [s].
     noise : ObserverNoise, optional
@@ -73,12 +73,15 @@ class HeatObserver:
         Modes [K].
     error : ndarray, shape (N,)
         Relative errors of the powers.
+    strained : int
+        n.
     """
 
     def __init__(self, heat: HeatModel, rod: StaticRod, step: float, noise: ObserverNoise | None = None) -> None:
         noise = noise or ObserverNoise()
         require_positive("step", step)
-        displacements = tuple(f"{DISPLACEMENT}[{i + 1}]" for i in range(heat.B.shape[1]))
+        self.strained = heat.electrics.strain.shape[1]
+        displacements = tuple(f"{DISPLACEMENT}[{i + 1}]" for i in range(self.strained))
         if rod.names[-len(displacements) :] != displacements:
             raise SceneError(f"the rod's outputs are {', '.join(rod.names)}; end them with {', '.join(displacements)}")
         self.heat, self.rod = heat, rod
@@ -99,17 +102,13 @@ class HeatObserver:
 
     @property
     def displacements(self) -> np.ndarray:
-        """Estimated displacements (N,) [m]."""
-        return self.rod.outputs(self.temperatures[None])[0][-len(self.error) :]
+        """Estimated displacements (n,) [m]."""
+        return self.rod.outputs(self.temperatures[None])[0][-self.strained :]
 
     def resistances(self) -> np.ndarray:
         """Return the estimated resistances (N,) [ohm]."""
-        q = self.heat.parameters
-        R = np.array(q.resistance)
-        if not (any(q.alpha) or any(q.beta)):
-            return R
-        strain = self.displacements / q.geometry.length
-        return np.asarray(R * (1.0 + np.array(q.alpha) * (self.temperatures - q.T_ref) + np.array(q.beta) * strain))
+        electrics = self.heat.electrics
+        return electrics.at(self.temperatures, self.displacements) if electrics.has_feedback else electrics.R
 
     def predict(self, voltages: np.ndarray) -> None:
         """Go one step on, with voltages (N,) [V] during it. Raises SceneError where they are not N finite numbers."""
@@ -128,15 +127,14 @@ class HeatObserver:
 
     def measure_resistances(self, values: np.ndarray, deviation: float) -> None:
         """Take in measured resistances (N,) [ohm] of that standard deviation [ohm]; nan where there is none."""
-        q, N = self.heat.parameters, len(self.error)
-        values = require_numbers("resistances", values, N, missing=True)
+        electrics = self.heat.electrics
+        values = require_numbers("resistances", values, len(self.error), missing=True)
         require_positive("deviation", deviation)
         T = self.temperatures
         outputs, tangents = self.rod.linear(T[None])
-        R_0 = np.array(q.resistance)
-        alpha, relative = np.array(q.alpha), np.array(q.beta) / q.geometry.length
-        predicted = R_0 * (1.0 + alpha * (T - q.T_ref) + relative * outputs[0][-N:])
-        slopes = R_0[:, None] * (np.diag(alpha) + relative[:, None] * tangents[0][-N:])
+        predicted = electrics.at(T, outputs[0][-self.strained :])
+        slopes = np.diag(electrics.alpha) + electrics.strain @ tangents[0][-self.strained :]
+        slopes = electrics.R[:, None] * slopes
         there = np.isfinite(values)
         self._update((values - predicted)[there], (slopes @ self._seen)[there], deviation)
 

@@ -85,10 +85,10 @@ class PredictiveController:
         self.shape = (knots, N)
         differences = np.diff(np.eye(knots), axis=0)
         self._S = SMOOTHING * np.kron(differences.T @ differences, np.eye(N))
-        self._largest = limits.voltage**2 / np.array(heat.parameters.resistance)
+        self._largest = limits.voltage**2 / heat.electrics.R
         self._rise = np.tile(heat.local_rise(), knots)
         self._share = np.full(self.shape, 0.01)
-        self._outputs = len(rod.names) - N
+        self._outputs = len(rod.names) - self.observer.strained
         self._difference = np.zeros(self._outputs)  # between measured and predicted outputs, filtered
         self._measured = np.zeros(self._outputs, dtype=bool)
 

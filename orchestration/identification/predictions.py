@@ -36,9 +36,10 @@ class Predictor:
     def __post_init__(self) -> None:
         self._plan: EnginePlan | None = None
         self._has_plan = True
-        rod = self.scene.model(ROD)
-        if rod is not None and rod.value("closure") == CLOSURE_EXCHANGED:
-            self.scene = changed(self.scene, {f"{rod.name}.closure": "inside"}, origin="identification")
+        exchanged = [rod.name for rod in self.scene.models(ROD) if rod.value("closure") == CLOSURE_EXCHANGED]
+        if exchanged:
+            inside = {f"{name}.closure": "inside" for name in exchanged}
+            self.scene = changed(self.scene, inside, origin="identification")
 
     def __call__(self, names: Sequence[str], table: np.ndarray) -> np.ndarray:
         """Return the outputs (runs, n, m) for parameters (runs, p) of those names, the same at each call.

@@ -19,6 +19,7 @@ from ..fmi.derivatives import continuous_states, jacobian, real_values
 from ..fmi.instance import Instance
 from ..fmi.variables import Variable
 from ..scene import Member, Scene
+from ..scene.manipulator import THERMAL
 from ..stepping import Simulation
 from .model import LinearModel, Quantity
 
@@ -43,7 +44,7 @@ def linearise(scene: Source, time: float = 0.0, overrides: Overrides = ()) -> Li
     Raises
     ------
     SceneError
-        The scene cannot be run as written, or the time is not in it.
+        The scene cannot be run as written, the time is not in it, or its heat has no continuous states.
     SubsystemError
         An FMU offers no derivatives there.
     CouplingError
@@ -79,6 +80,7 @@ class _Block(NamedTuple):
 def linearise_now(simulation: Simulation) -> LinearModel:
     """Linearise a simulation where it stands, as linearise() does."""
     scene = simulation.scene
+    _require_modes(scene)
     names = [m.name for m in scene.members]
     blocks = [_block(member, simulation.instance(member.name)) for member in scene.members]
     inputs = [(name, v) for name, block in zip(names, blocks, strict=True) for v in block.inputs]
@@ -114,6 +116,17 @@ def linearise_now(simulation: Simulation) -> LinearModel:
             if not block.states
         ),
     )
+
+
+def _require_modes(scene: Scene) -> None:
+    """Raise SceneError where the heat of a cross-section is not in the continuous states that its FMU declares."""
+    for member in scene.models(THERMAL):
+        if "level" in member.archive.variables and member.choice("level") == "full" and not member.frozen:
+            raise SceneError(
+                f"{member.name}.level = full: the temperatures of the mesh are not continuous states, so that the "
+                f"linear model would have no heat; set {member.name}.level = reduced (with convection = constant), or "
+                "lumped"
+            )
 
 
 def _block(member: Member, instance: Instance) -> _Block:

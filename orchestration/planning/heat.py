@@ -1,11 +1,6 @@
-"""Heat of a scene as a linear system in the powers of the TCAs.
+"""Heat of a manipulator's cross-sections (section.py) together, with exact steps between knots.
 
-Without electrical feedback (alpha_T = beta = 0) the temperatures are linear in P_i = V_i^2/R_i. In modes x of the
-thermal FMU,
-
-    dx/dt = A x + B P + a,    T = T_start + C x,
-
-with the surroundings in a. For powers that are constant between knots the solution there is exact:
+For powers that are constant between knots the solution there is exact:
 
     x_{k+1} = F x_k + G P_k + f.
 """
@@ -16,19 +11,13 @@ import contextlib
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import expm
+from scipy.linalg import block_diag, expm
 
-from ..errors import SceneError
-from ..fmi.derivatives import continuous_states, jacobian, real_values
-from ..fmi.slave import Slave
-from ..scene import Member, Scene
-from ..scene.manipulator import AMBIENT, ROD, TEMPERATURE, THERMAL, VOLTAGE, ThermalParameters
+from ..scene import Scene
+from .manipulator import Manipulator
+from .section import HOTTEST, Section
 
-__all__ = ["HOTTEST", "HeatModel", "Hottest", "KnotModel"]
-
-HOTTEST = "T_max"  # output: highest temperature of TCAs and surface
-_UNIT_VOLTAGE = 1.0  # [V] at which the derivatives by the powers are taken
-_SETTLED = 60.0  # [s] after which the temperatures within a TCA differ no more than at rest
+__all__ = ["HOTTEST", "Electrics", "HeatModel", "Hottest", "KnotModel"]
 
 
 @dataclass(frozen=True)
@@ -52,80 +41,88 @@ class KnotModel:
     rest: np.ndarray
 
 
+@dataclass(frozen=True)
+class Electrics:
+    """Resistances R(T, delta) of N TCAs.
+
+    Attributes
+    ----------
+    R : ndarray, shape (N,)
+        At T_ref [ohm].
+    alpha : ndarray, shape (N,)
+        Derivatives by the temperature, relative [1/K].
+    strain : ndarray, shape (N, n)
+        Derivatives by the displacements of the rod's TCAs, relative [1/m].
+    T_ref : ndarray, shape (N,)
+        [K]
+    """
+
+    R: np.ndarray
+    alpha: np.ndarray
+    strain: np.ndarray
+    T_ref: np.ndarray
+
+    @property
+    def has_feedback(self) -> bool:
+        """Whether the resistances change."""
+        return bool(self.alpha.any() or self.strain.any())
+
+    def at(self, temperatures: np.ndarray, displacements: np.ndarray) -> np.ndarray:
+        """Return the resistances (..., N) at temperatures (..., N) [K] and displacements (..., n) [m]."""
+        relative = self.alpha * (temperatures - self.T_ref) + displacements @ self.strain.T
+        return np.asarray(self.R * (1.0 + relative))
+
+
 class HeatModel:
-    """Temperatures of a scene's TCAs as a linear system; use as a context manager.
+    """Temperatures of a manipulator's N TCAs as a linear system; use as a context manager.
 
     Parameters
     ----------
     scene : Scene
-        With a thermal FMU of this project.
+        With a rod and thermal FMUs of this project.
 
     Attributes
     ----------
     A, B, C, offset : ndarray, shapes (n, n), (n, N), (N, n), (n,)
-        See above; offset is a.
+        Of all sections one after the other, see section.py; offset is a.
     T_start : ndarray, shape (N,)
         Temperatures at the start [K].
     gain : ndarray, shape (N, N)
         Steady rise of temperature per power [K/W].
     T_rest : ndarray, shape (N,)
         Steady temperatures without power [K].
+    electrics : Electrics
 
     Raises
     ------
     SceneError
-        The scene has no thermal FMU with modes, its convection depends on the temperature, or the rod gets its
-        temperatures from elsewhere too.
+        The scene is no manipulator, see Manipulator.of, or its convection depends on the temperature.
     """
 
     def __init__(self, scene: Scene) -> None:
-        member = scene.model(THERMAL)
-        if member is None:
-            raise SceneError(f"{scene.name}: no FMU with the model {THERMAL!r}; planning needs one")
-        archive = member.archive
-        if "convection" in archive.variables and member.choice("convection") != "constant":
-            raise SceneError(
-                f"{member.name}.convection = {member.choice('convection')}: the heat is not linear in the powers; "
-                "plan with convection = constant and a suitable h"
-            )
-        _require_own_heat(scene, member)
-        self.parameters = ThermalParameters.of(member)
-        self.member = member.name
+        manipulator = Manipulator.of(scene)
         self._stack = contextlib.ExitStack()
-        self._stack.callback(archive.close)
-        voltages = archive.vectors[VOLTAGE]
-        temperatures = archive.vectors[TEMPERATURE]
-        feedback = [name for vector in ("tca.alpha_T", "tca.beta") for name in archive.vectors[vector]]
-        plain = dict(member.parameters) | dict.fromkeys(feedback, 0.0)
-        if member.choice("level") == "full":
-            plain["level"] = archive.variables["level"].item_value("reduced")
-        self._slave = Slave(archive, member.name, plain, [*voltages, AMBIENT], [*temperatures, HOTTEST])
-        self._stack.enter_context(contextlib.closing(self._slave))
-        ambient = member.signals.get(AMBIENT)
-        self.T_ambient = (
-            ambient.polynomial(scene.start_time, 1.0)[0] if ambient else float(member.value(AMBIENT) or 0.0)
-        )
-        self._inputs = np.zeros((4, len(voltages) + 1))
-        self._inputs[0] = [*[_UNIT_VOLTAGE] * len(voltages), self.T_ambient]
-        self._slave.initialise(scene.start_time, self._inputs[0])
-        self._slave.begin()
-        self._slave.set_inputs(self._inputs)
-        pairs = continuous_states(archive)
-        states, rates = [s for s, _ in pairs], [r for _, r in pairs]
-        inputs, outputs = [archive.variables[v] for v in voltages], [archive.variables[t] for t in temperatures]
-        J = jacobian(self._slave, [*rates, *outputs], [*states, *inputs])
-        n, count = len(states), len(voltages)
-        A, B = J[:n, :n], J[:n, n:] * np.array(self.parameters.resistance) / (2.0 * _UNIT_VOLTAGE)
-        used = np.any(A != 0.0, axis=1)
-        self._states = [s for s, moves in zip(states, used, strict=True) if moves]
-        self.A, self.B, self.C = A[np.ix_(used, used)], B[used], J[n:, :n][:, used]
-        power = _UNIT_VOLTAGE**2 / np.array(self.parameters.resistance)
-        self.offset = real_values(self._slave, rates)[used] - self.B @ power
-        self.T_start = self._slave.values()[:count]
+        self._sections = []
+        with contextlib.ExitStack() as opened:
+            for member in manipulator.sections:
+                self._sections.append(Section(member, scene.start_time))
+                opened.callback(self._sections[-1].close)
+            self._stack = opened.pop_all()
+        self.A, self.B, self.C = (block_diag(*(getattr(s, key) for s in self._sections)) for key in "ABC")
+        self.offset = np.concatenate([s.offset for s in self._sections])
+        self.T_start = np.concatenate([s.T_start for s in self._sections])
         self.gain = -self.C @ np.linalg.solve(self.A, self.B)
         self.T_rest = self.T_start - self.C @ np.linalg.solve(self.A, self.offset)
-        self._hottest = archive.variables[HOTTEST]
-        self._start = self._slave.save()
+        parameters = [s.parameters for s in self._sections]
+        beta = np.concatenate([np.array(p.beta) / p.geometry.length for p in parameters])
+        self.electrics = Electrics(
+            R=np.concatenate([p.resistance for p in parameters]),
+            alpha=np.concatenate([p.alpha for p in parameters]),
+            strain=beta[:, None] * manipulator.straining,
+            T_ref=np.repeat([p.T_ref for p in parameters], [len(p.resistance) for p in parameters]),
+        )
+        self._columns = np.split(np.arange(len(self.T_start)), np.cumsum([len(s.T_start) for s in self._sections])[:-1])
+        self._modes = np.split(np.arange(len(self.A)), np.cumsum([len(s.A) for s in self._sections])[:-1])
 
     def __enter__(self) -> HeatModel:
         return self
@@ -134,7 +131,7 @@ class HeatModel:
         self.close()
 
     def close(self) -> None:
-        """Release the FMU."""
+        """Release the FMUs."""
         self._stack.close()
 
     def at_knots(self, distance: float, count: int) -> KnotModel:
@@ -153,30 +150,14 @@ class HeatModel:
         return KnotModel(F, G, f, response, rest)
 
     def local_rise(self) -> np.ndarray:
-        """Return how much hotter than its mean the hottest point of each TCA gets by its own power (N,) [K/W].
+        """Return how much hotter than its mean the hottest point of each TCA gets by its own power (N,) [K/W]."""
+        return np.concatenate([section.local_rise() for section in self._sections])
 
-        It is that of a TCA heated alone, settled. It settles within about a second and never overshoots, so that a TCA
-        whose mean temperature plus this rise stays below a limit has no point above it, but for the gradients that its
-        neighbours make (0.15 K of 80 K in the default manipulator).
-        """
-        slave, count = self._slave, self.B.shape[1]
-        rise = np.zeros(count)
-        for i in range(count):
-            slave.restore(self._start)
-            self._inputs[0, :count] = 0.0
-            self._inputs[0, i] = _UNIT_VOLTAGE
-            slave.set_inputs(self._inputs)
-            slave.step(0.0, _SETTLED)
-            T = slave.values()
-            rise[i] = (T[-1] - T[i]) * self.parameters.resistance[i] / _UNIT_VOLTAGE**2
-        return rise
-
-    def hottest(self, model: KnotModel, powers: np.ndarray, distance: float, limit: float) -> list[Hottest]:
-        """Return the knots at which the hottest point of the section is above a limit.
+    def hottest(self, powers: np.ndarray, distance: float, limit: float) -> list[Hottest]:
+        """Return the knots at which the hottest point of a section is above a limit.
 
         Parameters
         ----------
-        model : KnotModel
         powers : ndarray, shape (K, N)
             [W]
         distance : float
@@ -184,39 +165,20 @@ class HeatModel:
         limit : float
             [K]
         """
-        slave = self._slave
-        slave.restore(self._start)
-        hottest, T_max = [], self._hottest
-        volts = np.sqrt(np.maximum(powers, 0.0) * np.array(self.parameters.resistance))
-        for k, row in enumerate(volts):
-            self._inputs[0, :-1] = row
-            slave.set_inputs(self._inputs)
-            slave.step(k * distance, distance)
-            value = float(slave.values()[-1])
-            if value > limit:
-                hottest.append(Hottest(k, value, jacobian(slave, [T_max], self._states)[0]))
+        volts = np.sqrt(np.maximum(powers, 0.0) * self.electrics.R)
+        hottest = []
+        for section, columns, modes in zip(self._sections, self._columns, self._modes, strict=True):
+            for knot, value, slopes in section.hottest(volts[:, columns], distance, limit):
+                gradient = np.zeros(len(self.A))
+                gradient[modes] = slopes
+                hottest.append(Hottest(knot, value, gradient))
         return hottest
 
 
 @dataclass(frozen=True)
 class Hottest:
-    """The hottest temperature at a knot [K] and its derivatives by the modes (n,)."""
+    """The hottest temperature of a section at a knot [K] and its derivatives by the modes (n,)."""
 
     knot: int
     value: float
     gradient: np.ndarray
-
-
-def _require_own_heat(scene: Scene, thermal: Member) -> None:
-    """Raise SceneError unless the rod's T[i] is the thermal FMU's T[i] for every TCA."""
-    rod = scene.model(ROD)
-    if rod is None:
-        return
-    direct = {(c.source, c.target) for c in scene.connections if not c.transforms}
-    elements = {m.name: m.archive.vectors[TEMPERATURE] for m in (thermal, rod)}
-    wanted = {((thermal.name, element), (rod.name, element)) for element in elements[rod.name]}
-    if not wanted <= direct or set(elements[thermal.name]) != set(elements[rod.name]):
-        raise SceneError(
-            f"{scene.name}: {rod.name}.{TEMPERATURE} is not {thermal.name}.{TEMPERATURE}, TCA by TCA; plans, maps and "
-            "observers need one thermal FMU for all TCAs, connected one by one: 'thermal.T -> rod.T'"
-        )

@@ -131,12 +131,9 @@ class PathProblem:
 
     def resistances(self, temperatures: np.ndarray, displacements: np.ndarray) -> np.ndarray:
         """Return the resistances (K, N) [ohm] in the intervals, at the mean of the values at their ends."""
-        q = self.heat.parameters
         T = 0.5 * (np.vstack([self.heat.T_start, temperatures[:-1]]) + temperatures)
-        delta = 0.5 * (np.vstack([np.zeros(self.shape[1]), displacements[:-1]]) + displacements)
-        return np.asarray(
-            q.resistance * (1.0 + np.array(q.alpha) * (T - q.T_ref) + np.array(q.beta) * delta / q.geometry.length)
-        )
+        delta = 0.5 * (np.vstack([np.zeros(displacements.shape[1]), displacements[:-1]]) + displacements)
+        return self.heat.electrics.at(T, delta)
 
     def cost(self, powers: np.ndarray, outputs: np.ndarray) -> float:
         """Return the cost of powers (K, N) [W] whose path has the outputs (K, p)."""
@@ -150,7 +147,7 @@ class PathProblem:
         One pass over the equilibria with their derivatives, whatever the number of voltages. The resistances are those
         without feedback, as in the heat model.
         """
-        R = np.array(self.heat.parameters.resistance)
+        R = self.heat.electrics.R
         powers = voltages**2 / R
         self._largest = self.limits.voltage**2 / R
         outputs, tangents = self._linear(self.temperatures(powers))
@@ -171,7 +168,7 @@ class PathProblem:
         SceneError
             The quadratic program has no solution: the limits contradict each other.
         """
-        R = np.array(self.heat.parameters.resistance) * np.ones(self.shape)
+        R = self.heat.electrics.R * np.ones(self.shape)
         self._largest = self.limits.voltage**2 / R
         P = self._first_guess() if powers is None else np.minimum(powers, self._largest)
         outputs, tangents = self._linear(self.temperatures(P))
@@ -179,7 +176,7 @@ class PathProblem:
         cuts, excess = self._cuts(P)
         while iterations < MAX_ITERATIONS and not converged:
             iterations += 1
-            if any(self.heat.parameters.alpha) or any(self.heat.parameters.beta):
+            if self.heat.electrics.has_feedback:
                 R = self.resistances(self.temperatures(P), self._displacements)
                 self._largest = self.limits.voltage**2 / R
                 P = np.minimum(P, self._largest)
@@ -235,7 +232,7 @@ class PathProblem:
         """Return tangents of the hottest point at the knots where it is near its limit, and how far it is above [K]."""
         limit = self.limits.hottest - self.warming.max(initial=0.0)
         cuts, excess = {}, 0.0
-        for point in self.heat.hottest(self.model, powers, self.distance, limit - NEAR_LIMIT):
+        for point in self.heat.hottest(powers, self.distance, limit - NEAR_LIMIT):
             row = np.zeros(self.shape)
             row[: point.knot + 1] = np.einsum("n,knm->km", point.gradient, self._modes[point.knot :: -1])
             flat, excess = row.ravel(), max(excess, point.value - limit)

@@ -11,7 +11,8 @@ from ..errors import SceneError, SubsystemError
 from ..fmi.archive import similar
 from ..fmi.slave import Slave
 from ..scene import Scene
-from ..scene.manipulator import CLOSURE_INSIDE, ROD, TEMPERATURE
+from ..scene.manipulator import CLOSURE_INSIDE
+from .manipulator import Manipulator
 
 __all__ = ["StaticRod"]
 
@@ -24,7 +25,7 @@ class StaticRod:
     Parameters
     ----------
     scene : Scene
-        With a rod FMU of this project. Its loads (gravity, forces at the tip) are those of the scene at each time.
+        With one rod FMU of this project. Its loads (gravity, forces at the tip) are those of the scene at each time.
     outputs : sequence of str
         Names of the rod's outputs, p of them.
 
@@ -42,9 +43,8 @@ class StaticRod:
     """
 
     def __init__(self, scene: Scene, outputs: Sequence[str]) -> None:
-        member = scene.model(ROD)
-        if member is None:
-            raise SceneError(f"{scene.name}: no FMU with the model {ROD!r}; planning needs one")
+        manipulator = Manipulator.of(scene)
+        member = manipulator.rod
         archive = member.archive
         self.names = tuple(outputs)
         known = [v.name for v in archive.variables.values() if v.causality == "output" and v.type == "Real"]
@@ -55,7 +55,8 @@ class StaticRod:
         self.member = member.name
         self._stack = contextlib.ExitStack()
         self._stack.callback(archive.close)
-        temperatures = list(archive.vectors[TEMPERATURE])
+        temperatures = list(manipulator.fed)
+        self._heating, self._shift = manipulator.heating, manipulator.shift
         self._signals = [s for name, s in member.signals.items() if name not in temperatures]
         loads = [name for name in member.signals if name not in temperatures]
         fixed = {"dynamic": False, "closure": CLOSURE_INSIDE, "start_at_equilibrium": True}
@@ -82,7 +83,9 @@ class StaticRod:
         self._stack.close()
 
     def outputs(self, temperatures: np.ndarray, times: np.ndarray | None = None) -> np.ndarray:
-        """Return the outputs (K, p) at temperatures (K, N) [K], under the loads at times (K,) [s].
+        """Return the outputs (K, p) at temperatures (K, N) [K] of the sections' TCAs and times (K,) [s].
+
+        The loads are those of these times.
 
         Raises SubsystemError where there is no equilibrium.
         """
@@ -96,7 +99,7 @@ class StaticRod:
         The derivatives are 0 where they are not wanted (K,); without `wanted` all are.
         """
         values = np.zeros((len(temperatures), len(self.names)))
-        tangents = np.zeros((*values.shape, self._count))
+        tangents = np.zeros((*values.shape, temperatures.shape[1]))
         for k, T in enumerate(temperatures):
             values[k] = self._settle(T, None if times is None else times[k])
             if wanted is not None and not wanted[k]:
@@ -104,11 +107,11 @@ class StaticRod:
             tangent = self._slave.tangent(self._columns)
             if tangent is None:
                 raise SubsystemError(f"{self.member}: the FMU has no directional derivatives; export it with them")
-            tangents[k] = tangent
+            tangents[k] = tangent @ self._heating
         return values, tangents
 
     def _settle(self, temperatures: np.ndarray, time: float | None) -> np.ndarray:
-        self._inputs[0, : self._count] = temperatures
+        self._inputs[0, : self._count] = self._heating @ temperatures + self._shift
         if time is not None:
             self._set_loads(time)
         self._slave.set_inputs(self._inputs)

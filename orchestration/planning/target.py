@@ -18,8 +18,7 @@ from ..errors import SceneError
 from ..fmi.archive import similar
 from ..scene import Scene
 from ..scene.columns import column_names, column_signal, repeated
-from ..scene.manipulator import ROD
-from ..scene.member import Member
+from .manipulator import rod_of
 
 __all__ = ["Target", "read_target", "target_of"]
 
@@ -78,7 +77,7 @@ def target_of(scene: Scene, times: Sequence[float], paths: Mapping[str, Sequence
     twice = repeated(names)
     if twice is not None:
         raise SceneError(f"a path of {twice!r} is given twice; keep one")
-    variables = _rod(scene).archive.variables
+    variables = rod_of(scene).archive.variables
     return Target(when, names, tuple(variables[name].unit for name in names), values)
 
 
@@ -91,7 +90,7 @@ def read_target(scene: Scene, path: Path) -> Target:
         twice = repeated(names)
         if twice is not None:
             raise ValueError(f"{path}: two columns {twice!r}; keep one of them")
-        variables = _rod(scene).archive.variables
+        variables = rod_of(scene).archive.variables
         times, paths = None, {}
         for name in names[1:]:
             variable = variables[_output(scene, name)]
@@ -105,16 +104,9 @@ def read_target(scene: Scene, path: Path) -> Target:
     return target_of(scene, times, paths)
 
 
-def _rod(scene: Scene) -> Member:
-    member = scene.model(ROD)
-    if member is None:
-        raise SceneError(f"{scene.name}: no FMU with the model {ROD!r}; planning needs one")
-    return member
-
-
 def _output(scene: Scene, name: str) -> str:
     """Return the name of the rod's output without that of the member."""
-    member = _rod(scene)
+    member = rod_of(scene)
     short = name.removeprefix(f"{member.name}.")
     outputs = [v.name for v in member.archive.variables.values() if v.causality == "output" and not v.discrete]
     if short not in outputs:

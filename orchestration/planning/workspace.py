@@ -68,7 +68,7 @@ def workspace(scene: Source, limits: PlanLimits | None = None, points: int = 9, 
                 f"points = {points}: {points**count:.2g} equilibria of {count} TCAs; give "
                 f"{int(MAX_EQUILIBRIA ** (1.0 / count))} or fewer"
             )
-        largest = limits.voltage**2 / np.array(heat.parameters.resistance)
+        largest = limits.voltage**2 / heat.electrics.R
         most = np.minimum(largest, (limits.temperature - heat.T_rest) / np.diag(heat.gain))
         if (most <= 0.0).any():
             raise SceneError("nothing is within the limits: the surroundings are as hot as the limit of temperature")

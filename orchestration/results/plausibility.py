@@ -8,7 +8,6 @@ from collections.abc import Iterator
 import numpy as np
 
 from ..scene import Member, Scene
-from ..scene.body import RodParameters
 from ..scene.manipulator import DISPLACEMENT, ROD, TEMPERATURE, THERMAL, VOLTAGE
 from .table import ResultLike
 
@@ -21,16 +20,14 @@ _HOTTEST, _VELOCITY, _LENGTH = "T_max", "tip.v", "body.length"
 def doubtful(scene: Scene, result: ResultLike) -> list[str]:
     """Return one text for each limit that a result exceeds."""
     members = json.loads(result.attrs.get("members", "{}"))
-    heats, rods = (
-        [m for m in scene.members if m.name in members and m.archive.description.model_name == model]
-        for model in (THERMAL, ROD)
-    )
-    heated = any(np.any(result[f"{heat.name}.{VOLTAGE}"].to_numpy()) for heat in heats)
+    sections = [m for m in scene.models(THERMAL) if m.name in members]
+    is_heated = any(np.any(result[f"{thermal.name}.{VOLTAGE}"].to_numpy()) for thermal in sections)
     texts: list[str] = []
-    for heat in heats:
-        texts += _temperature(result, heat.name, scene.limits.temperature)
-    for rod in rods:
-        texts += _speed(result, rod.name, scene.limits.speed) if heated else ()
+    for thermal in sections:
+        texts += _temperature(result, thermal.name, scene.limits.temperature)
+    for rod in (m for m in scene.models(ROD) if m.name in members):
+        if is_heated:
+            texts += _speed(result, rod.name, scene.limits.speed)
         texts += _strain(result, rod, scene.limits.strain)
     return texts
 
@@ -66,8 +63,7 @@ def _speed(result: ResultLike, member: str, limit: float) -> Iterator[str]:
 def _strain(result: ResultLike, rod: Member, limit: float) -> Iterator[str]:
     if f"{rod.name}.{DISPLACEMENT}" not in result or _LENGTH not in rod.archive.variables:
         return
-    spans = [np.diff(body.span(i))[0] for i in range(len(body.tcas))] if (body := _body(rod)) else rod.real(_LENGTH)
-    strains = np.abs(result[f"{rod.name}.{DISPLACEMENT}"].to_numpy()) / spans
+    strains = np.abs(result[f"{rod.name}.{DISPLACEMENT}"].to_numpy()) / rod.real(_LENGTH)
     beyond = np.flatnonzero(np.max(strains, axis=1) > limit)
     if beyond.size:
         row = int(beyond[0])
@@ -77,8 +73,3 @@ def _strain(result: ResultLike, rod: Member, limit: float) -> Iterator[str]:
             f"{100.0 * limit:g} % from t = {time:g} s on (up to {100.0 * most:.0f} %), where it is not linear elastic; "
             "lower voltages or loads, or set limits.strain"
         )
-
-
-def _body(rod: Member) -> RodParameters | None:
-    """Parameters of a rod of this package; None for another FMU of that name."""
-    return RodParameters.of(rod) if "tca.first_segment" in rod.archive.vectors else None

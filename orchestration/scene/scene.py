@@ -67,9 +67,9 @@ class Scene:
         """Return the member of that name."""
         return next(m for m in self.members if m.name == name)
 
-    def model(self, name: str) -> Member | None:
-        """Return the first member whose FMU has that model name."""
-        return next((m for m in self.members if m.archive.description.model_name == name), None)
+    def models(self, name: str) -> tuple[Member, ...]:
+        """Return the members whose FMU has that model name."""
+        return tuple(m for m in self.members if m.archive.description.model_name == name)
 
 
 KEYS = {

@@ -14,7 +14,7 @@ L length, A area, EI bending stiffness, h heat transfer, k conductivity of the b
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -43,6 +43,15 @@ __all__ = [
 
 _INSTANT = 1e-9  # [s] length of the step at whose start a signal is evaluated
 _CLAMPED_FREE = 1.8751040687119611  # first root of cos x cosh x = -1
+# What several rods have in common: the number of the one that needs the finest model.
+_WORST: dict[str, Callable[..., Any]] = {
+    "shear": max,
+    "extension": max,
+    "gravity": max,
+    "tip": max,
+    "frequency": min,
+    "parallel": all,
+}
 
 
 @dataclass(frozen=True)
@@ -57,6 +66,7 @@ class DimensionlessNumbers:
     ramp: float = math.inf  # time over which the fastest load grows [s]
     frequency: float = math.inf  # first, of the body alone [Hz]
     parallel: bool = True  # TCAs run parallel to the axis of a straight body
+    loaded_by_others: bool = False  # other FMUs load the tip or set the gravity, by how much a run only can tell
 
     @property
     def residual(self) -> float:
@@ -71,7 +81,7 @@ class DimensionlessNumbers:
     @property
     def arc(self) -> bool:
         """Whether equilibria have constant strain exactly: only TCAs parallel to the rod act on it."""
-        return self.parallel and self.load == 0.0
+        return self.parallel and self.load == 0.0 and not self.loaded_by_others
 
 
 def residual_vibration(w: float, tau: float) -> float:
@@ -111,7 +121,7 @@ def rise_time(signal: Signal) -> float:
 
 def is_unheated(scene: Scene) -> bool:
     """Whether temperatures stay constant exactly: no voltage at any time, everything at ambient temperature."""
-    heats = [member for member in scene.members if member.archive.description.model_name == THERMAL]
+    heats = scene.models(THERMAL)
     return bool(heats) and all(_stays_cold(scene, thermal) for thermal in heats)
 
 
@@ -128,17 +138,22 @@ def _stays_cold(scene: Scene, thermal: Member) -> bool:
 def dimensionless_numbers(scene: Scene) -> DimensionlessNumbers:
     """Dimensionless numbers of the scene's thermal and rod FMUs, as far as it has them."""
     values: dict[str, Any] = {}
-    rod = scene.model(ROD)
-    heats = [(m, ThermalParameters.of(m)) for m in scene.members if m.archive.description.model_name == THERMAL]
+    rods = scene.models(ROD)
+    heats = [(m, ThermalParameters.of(m)) for m in scene.models(THERMAL)]
     if heats:
         values["biot"] = max(heat.transfer * heat.geometry.radius / heat.body_k for _, heat in heats)
-    if rod:
-        values |= _rod(rod)
+    if rods:
+        of_each = [_rod(rod) for rod in rods]
+        values |= {key: _WORST[key](numbers[key] for numbers in of_each) for key in of_each[0]}
         heating = [
             _heating_time(heat, s) for m, heat in heats for n, s in m.signals.items() if is_element_of(n, VOLTAGE)
         ]
-        loads = [_loading_time(rod, s) for n, s in rod.signals.items() if any(is_element_of(n, load) for load in LOADS)]
-        temperatures = [rise_time(s) for n, s in rod.signals.items() if is_element_of(n, TEMPERATURE)]
+        signals = [(rod, name, s) for rod in rods for name, s in rod.signals.items()]
+        loads = [_loading_time(rod, s) for rod, n, s in signals if any(is_element_of(n, load) for load in LOADS)]
+        temperatures = [rise_time(s) for _, n, s in signals if is_element_of(n, TEMPERATURE)]
+        targets = [(c.target[0], c.target[1]) for c in scene.connections]
+        names = [rod.name for rod in rods]
+        values["loaded_by_others"] = any(m in names and any(is_element_of(n, f) for f in LOADS) for m, n in targets)
         values["ramp"] = min([*heating, *loads, *temperatures], default=math.inf)
     return DimensionlessNumbers(**values)
 

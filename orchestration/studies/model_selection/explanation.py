@@ -40,7 +40,7 @@ def _adds(search: SearchResult, name: str, what: str) -> str:
 
 
 def _power_of_ten(level: LevelSettings) -> str:
-    return f"{level['tolerance']:.0e}"
+    return f"{level.get('tolerance', 1.0):.0e}"
 
 
 def _share(gap: float) -> str:
@@ -54,7 +54,11 @@ def _heat(level: LevelSettings, search: SearchResult, n: DimensionlessNumbers) -
             "from the start; it stays there exactly."
         )
     spread = f"Biot number {n.biot:.2g}: {'one temperature per section' if n.biot < 0.1 else 'no uniform section'}"
-    model = "a network of few nodes" if level["level"] == "lumped" else f"reduced model to {level['tolerance']:.0e}"
+    model = {
+        "lumped": "a network of few nodes",
+        "reduced": f"reduced model to {_power_of_ten(level)}",
+        "full": f"all nodes of the mesh, since the heat transfer varies, to {_power_of_ten(level)}",
+    }[level["level"]]
     return f"Heat: {model}. {spread}; {_adds(search, 'heat', 'the next finer one')}."
 
 

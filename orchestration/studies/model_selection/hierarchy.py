@@ -78,13 +78,10 @@ _TOLERANCES = tuple(10.0**-k for k in range(1, 11))
 _REDUCED: tuple[Mapping[str, Value], ...] = tuple(
     {"level": "reduced", "tolerance": t} for t in (1e-3, 1e-5, 1e-6, 1e-7, 1e-8)
 )
+# Where the heat transfer changes, no reduced model holds; a finer one takes half a minute.
+_FULL: tuple[Mapping[str, Value], ...] = tuple({"level": "full", "tolerance": t} for t in (1e-3, 1e-4, 1e-5))
 _HIERARCHIES: Hierarchies = (
-    ModelHierarchy(
-        "heat",
-        "space",
-        THERMAL,
-        ({"level": "lumped"}, *_REDUCED),
-    ),
+    ModelHierarchy("heat", "space", THERMAL, ({"level": "lumped"}, *_REDUCED)),
     # Compared with all strains: twist alone changes nothing where bending goes with shear.
     ModelHierarchy(
         "strains",
@@ -110,6 +107,8 @@ _FIXED: dict[str, Mapping[str, Value]] = {ROD: {"method": "rosenbrock"}}
 def model_hierarchies(scene: Scene) -> Hierarchies:
     """The hierarchies that the scene's FMUs offer."""
     hierarchies = list(_HIERARCHIES)
+    if any(_has_varying_convection(thermal) for thermal in scene.models(THERMAL)):
+        hierarchies[0] = replace(hierarchies[0], levels=(hierarchies[0].levels[0], *_FULL))
     if is_unheated(scene):
         hierarchies[0] = replace(hierarchies[0], levels=(_FROZEN_HEAT, *hierarchies[0].levels), exact=True)
     if (azimuth := symmetry_plane(scene)) is not None:
@@ -120,10 +119,14 @@ def model_hierarchies(scene: Scene) -> Hierarchies:
         for hierarchy in hierarchies
         if hierarchy.model is None
         or (
-            (member := scene.model(hierarchy.model))
-            and all(k in member.archive.variables for k in hierarchy.levels[-1])
+            (members := scene.models(hierarchy.model))
+            and all(k in member.archive.variables for member in members for k in hierarchy.levels[-1])
         )
     )
+
+
+def _has_varying_convection(thermal: Member) -> bool:
+    return "convection" in thermal.archive.variables and thermal.choice("convection") != "constant"
 
 
 def choice_settings(scene: Scene, choice: Choice) -> dict[str, Value]:
@@ -134,11 +137,11 @@ def choice_settings(scene: Scene, choice: Choice) -> dict[str, Value]:
     """
     settings: dict[str, Value] = {}
     for hierarchy in (h for h in model_hierarchies(scene) if h.name in choice):
-        member = scene.model(hierarchy.model) if hierarchy.model else None
-        name = member.name if member else "coupling"
-        settings |= {f"{name}.{key}": value for key, value in hierarchy.levels[choice[hierarchy.name]].items()}
+        names = [m.name for m in scene.models(hierarchy.model)] if hierarchy.model else ["coupling"]
+        level = hierarchy.levels[choice[hierarchy.name]]
+        settings |= {f"{name}.{key}": value for name in names for key, value in level.items()}
     for model, fixed in _FIXED.items():
-        if member := scene.model(model):
+        for member in scene.models(model):
             settings |= {f"{member.name}.{key}": value for key, value in fixed.items()}
     settings["coupling.macro_step"] = scene.coupling.macro_step * float(settings.get("coupling.macro_step", 1.0))
     return settings

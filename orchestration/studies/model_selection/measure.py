@@ -55,13 +55,13 @@ def requested_quantities(scene: Scene) -> dict[str, Quantity]:
     """The quantities that the scene asks for, by name. Raises SceneError where it asks for none and has no rod."""
     names = scene.accuracy.quantities
     if not names:
-        rod = scene.model(DEFAULT[0])
-        if rod is None:
+        rods = scene.models(DEFAULT[0])
+        if not rods:
             raise SceneError(
                 f"{scene.name}: asks for nothing, and has no {DEFAULT[0]}.fmu whose tip could be meant; "
                 "set fidelity.quantities, such as ['thermal.T']"
             )
-        names = (f"{rod.name}.{DEFAULT[1]}",)
+        names = tuple(f"{rod.name}.{DEFAULT[1]}" for rod in rods)
     return {name: _quantity(scene, *name.split(".", 1)) for name in names}
 
 

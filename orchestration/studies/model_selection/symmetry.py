@@ -20,10 +20,11 @@ _SAME = 1e-9  # largest difference of equal angles [rad], and largest share of a
 
 
 def symmetry_plane(scene: Scene) -> float | None:
-    """Azimuth of the symmetry plane from the x axis [rad], in [0, pi); None where the scene has none."""
-    rod = scene.model(ROD)
-    if rod is None or not _straight(rod):
+    """Azimuth of the symmetry plane from the x axis [rad], in [0, pi); None where the scene has none, or two rods."""
+    rods = scene.models(ROD)
+    if len(rods) != 1 or not _straight(rods[0]):
         return None
+    rod = rods[0]
     body = RodParameters.of(rod)
     azimuths = body.azimuth
     heats = [*zip(_heats(scene, rod, len(azimuths)), (tca.behaviour for tca in body.tcas), strict=True)]

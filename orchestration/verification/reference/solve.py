@@ -92,7 +92,7 @@ def prepare(
     The argument of that function is called with the current time [s]; an exception that it raises ends the solution.
     """
     resolution = resolution or Resolution()
-    thermal, rod = scene.model(THERMAL), scene.model(ROD)
+    thermal, rod = (next(iter(scene.models(model)), None) for model in (THERMAL, ROD))
     _check(scene, thermal, rod)
     outputs = None if times is None else np.asarray(times, dtype=float)
     pieces = _pieces(scene, outputs)
@@ -188,7 +188,10 @@ def _check(scene: Scene, thermal: Member | None, rod: Member | None) -> None:
     known = [m for m in (thermal, rod) if m]
     for m in scene.members:
         if m not in known:
-            raise SceneError(f"reference: member {m.name!r} ({m.archive.path.name}) is not a thermal or rod model")
+            raise SceneError(
+                f"reference: member {m.name!r} ({m.archive.path.name}): the reference solves one thermal and one rod "
+                "model, each once; take such a scene"
+            )
     for c in scene.connections:
         source, target = c.source[1].partition("[")[0], c.target[1].partition("[")[0]
         if c.transforms or (source, target) not in {("T", "T"), ("delta", "delta_guess"), ("delta", "delta")}:
