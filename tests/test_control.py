@@ -82,6 +82,25 @@ def test_predictive_control_follows_a_circle_with_a_wrong_plant(wrong: dict[str,
 
 
 @pytest.mark.slow
+def test_a_body_of_two_sections_is_controlled(at_most) -> None:
+    """Six TCAs in two cross-sections; one section's resistances are 13 % lower than the model's."""
+    model = tca.read("serial", {"rod.closure": "inside", "rod.order": 0})
+    settings = {"rod.closure": "inside", "lower.V": 0.0, "upper.V": 0.0, "lower.tca.R": 6.0}
+    outputs = ("tip.p[1]", "tip.p[2]", *(f"delta[{k}]" for k in range(1, 7)))
+    random, errors = np.random.default_rng(0), []
+    with HeatModel(model) as heat, StaticRod(model, outputs) as rod, tca.Simulation("serial", settings) as plant:
+        controller = PredictiveController(heat, rod, lambda t: 0.5 * circle(t), PlanLimits(5.0, 373.15, 373.15))
+        for k in range(200):
+            T = np.concatenate([plant["lower.T"], plant["upper.T"]]) + 0.2 * random.standard_normal(6)
+            controller.measure(plant["rod.tip.p"][:2], T, 0.2)
+            voltages = controller.update(0.1 * k)
+            plant.step(min(0.1 * (k + 1), 20.0), {"lower.V": voltages[:3], "upper.V": voltages[3:]})
+            if k >= 120:
+                errors.append(plant["rod.tip.p"][:2] - 0.5 * circle(np.array(plant.time)))
+    at_most("tip beside the path [m rms]", np.sqrt(np.mean(np.sum(np.square(errors), axis=1))), 0.3e-3)
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("limits", [PlanLimits(5.0, 368.15, 323.15), PlanLimits(5.0, 323.15, 368.15)])
 def test_predictive_control_keeps_limits_that_act(limits: PlanLimits) -> None:
     """One case limits the mean temperatures, one the hottest points; either limit makes the circle smaller."""
