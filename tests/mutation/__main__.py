@@ -80,7 +80,7 @@ def main() -> None:
     mapping.add_argument("--marks", default="not hosts", help="marks of the tests, as pytest takes them")
     mapping.add_argument("--out", type=Path, required=True, help=f"measurement, in {MAPS.relative_to(ROOT)}/")
     running = commands.add_parser("run", help="run a sample of mutants")
-    running.add_argument("folders", nargs="+", help="folders of orchestration/, such as cosim scene")
+    running.add_argument("folders", nargs="+", help="folders or files of orchestration/, such as cosim scene")
     running.add_argument("--seed", type=int, default=1)
     running.add_argument("--count", type=int, default=400)
     running.add_argument("--budget", type=float, default=10.0, help="seconds of tests per mutant, shortest first")

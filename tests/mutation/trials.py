@@ -34,8 +34,9 @@ OPTIONS = ("-x", "-q", "-p", "no:cacheprovider", "-p", "no:xdist", "-W", "ignore
 
 
 def sample(copy: Path, folders: list[str], seed: int, number: int) -> list[tuple[Path, int]]:
-    """Return a random sample of the mutants of some folders, as (file, number of the mutant)."""
-    files = sorted(path for folder in folders for path in (copy / folder).rglob("*.py"))
+    """Return a random sample of the mutants of some folders or files, as (file, number of the mutant)."""
+    roots = [copy / folder for folder in folders]
+    files = sorted(path for root in roots for path in ([root] if root.is_file() else root.rglob("*.py")))
     everything = [(path, k) for path in files for k in range(count(path.read_text()))]
     print(f"{len(everything)} mutants in {len(files)} files", flush=True)
     random.Random(seed).shuffle(everything)
