@@ -51,7 +51,7 @@ def _build(source: Path, folder: Path) -> None:
 
     try:
         made = FmuBuilder.build_FMU(source, dest=folder, canGetAndSetFMUstate=True)
-    except Exception as error:  # whatever the code of the file raises
+    except (Exception, SystemExit) as error:  # whatever the code of the file raises
         raise SceneError(
             f"{source}: PythonFMU makes no FMU of it: {type(error).__name__}: {error}; give a class derived from "
             "pythonfmu.Fmi2Slave that registers its variables"

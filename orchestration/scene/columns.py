@@ -218,6 +218,8 @@ def _require_few(rows: int, path: Path) -> None:
 def _index(name: str, names: list[str], what: str, path: Path) -> int:
     if name not in names:
         raise ValueError(f"{what} = {name!r}: no such column in {path}; {similar(name, names)}")
+    if names.count(name) > 1:
+        raise ValueError(f"{what} = {name!r}: {path} has two columns of that name; rename one")
     return names.index(name)
 
 

@@ -12,16 +12,18 @@ from __future__ import annotations
 
 import math
 import re
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 from ..cosim.topology import Connection
+from ..errors import SceneWarning
 from ..fmi.archive import Variable, similar
 from .manipulator import DEFAULT_WIRING
 from .member import Member
 from .unit_conversion import conversion, unit_of
-from .validation import Layer
+from .validation import LEAST_NOMINAL, Layer
 
 __all__ = ["wired"]
 
@@ -117,10 +119,12 @@ def _summed(members: Mapping[str, Member], source: str, target: str, text: str, 
     into = _end(members, target, text, layer)
     terms = [_connect(members, end, into, text, layer, weight) for end, weight in weights.items()]
     _require_equal_terms(terms, sum(weights.values()), text, layer)
+    _doubt_weights(members, terms, sum(weights.values()), text, layer)
     return [replace(c, term=k, terms=len(terms)) for k, term in enumerate(terms) for c in term]
 
 
 _ROUNDING = 1e-9  # of the sum of weights, which are written with a few digits
+_MEAN = 1e-3  # largest difference from 1 of the sum of weights of a mean, written with few digits
 
 
 def _require_equal_terms(terms: Sequence[Sequence[Connection]], whole: float, text: str, layer: Layer) -> None:
@@ -132,6 +136,18 @@ def _require_equal_terms(terms: Sequence[Sequence[Connection]], whole: float, te
             f"the units have different zeros, and the weights sum to {whole:g}; let them sum to 1, or give outputs in "
             "the unit of the input",
         )
+
+
+def _doubt_weights(
+    members: Mapping[str, Member], terms: Sequence[Sequence[Connection]], whole: float, text: str, layer: Layer
+) -> None:
+    """Warn of a sum of temperatures that is no mean: of 300 K and 300 K it makes 600 K."""
+    target = terms[0][0].target
+    variable = members[target[0]].archive.variables[target[1]]
+    is_temperature = variable.dimension == {"K": 1} and not variable.relative and variable.nominal >= LEAST_NOMINAL
+    if is_temperature and abs(whole - 1.0) > _MEAN:
+        warning = f"{layer.origin}: connections: {text!r}: the weights of temperatures sum to {whole:g}; a mean has 1"
+        warnings.warn(warning, SceneWarning, stacklevel=2)
 
 
 def _parsed(

@@ -191,6 +191,9 @@ def _refuse_name(layer: Layer, member: str, key: str, raw: Any, archive: Archive
     for cut in (k for k, character in enumerate(key) if character == "."):
         if key[:cut] in archive.variables or key[:cut] in archive.vectors:
             word = key[cut + 1 :]
+            if word in ("file", "column", "columns"):
+                problem = "give a file and its column: { file = 'volts.csv', column = 'V1', hold = 'linear' }"
+                layer.refuse(f"{member}.{key[:cut]}", {word: raw}, problem)
             problem = f"{word!r} is not a signal; {similar(word, (*validation.SIGNALS, 'file'))}"
             layer.refuse(f"{member}.{key[:cut]}", {word: raw}, problem)
     base, bracket, _ = key.rpartition("[")

@@ -21,7 +21,7 @@ from . import validation
 from .accuracy_request import AccuracyRequest
 from .accuracy_request import read as read_accuracy_request
 from .connections import wired
-from .geometry import SHARED_TABLES, check_profile, check_shared
+from .geometry import SHARED_TABLES, check_profile, check_shared, doubt_inertia, doubt_open_loops
 from .layers import find, load, merged, overriding
 from .limits import Limits
 from .member import Member
@@ -143,6 +143,8 @@ def _read(name: str, folder: Path, own: list[Layer], archive: Callable[[Path], A
     connections = wired({m.name: m for m in members}, top.get("connections"))
     check_shared(members, connections)
     check_profile(members)
+    doubt_open_loops(members, connections)
+    doubt_inertia(members)
     return Scene(
         name=name,
         title=_title(top, name, [line for layer in own if layer.overrides for line in layer.text.splitlines()]),

@@ -45,6 +45,7 @@ SIGNALS = ("steps", "ramps", "table", *SHAPES)
 SIGNAL_TYPES = (Constant, Steps, Ramps, Sine, Impulse)  # signals that Python hands over as they are
 _BARE_LIST = re.compile(r"\[[^\[\]]*\]")  # what --set leaves of a list that is not TOML
 _COMMA = re.compile(r"\s*[-+]?\d+,\d")
+MOST_TURNS = 1.0  # of an angle; a larger number without a unit may be meant in degrees
 COLD = 150.0  # [K] where silicone is glass
 LEAST_NOMINAL = 200.0  # [K] of variables that are temperatures; those of smaller nominal may be differences
 ZERO_CELSIUS = 273.15  # [K]
@@ -98,7 +99,16 @@ def number(layer: Layer, key: str, raw: Any, variable: Variable, difference: boo
         _in_range(layer, key, raw, value, variable)
         if isinstance(raw, (int, float)):
             _doubt_cold(layer, key, value, variable)
+        if variable.unit == "rad" and abs(value) > MOST_TURNS * 2.0 * math.pi and not _states_a_unit(raw):
+            text = (
+                f"{layer.origin}: {key} = {raw}: rad, which is {value / (2.0 * math.pi):.3g} turns; write '{raw} deg'"
+            )
+            warnings.warn(f"{text} if meant", SceneWarning, stacklevel=2)
     return value
+
+
+def _states_a_unit(raw: Any) -> bool:
+    return isinstance(raw, str) and any(character.isalpha() for character in raw.replace("e", ""))
 
 
 def _doubt_cold(layer: Layer, key: str, value: float, variable: Variable) -> None:
