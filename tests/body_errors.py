@@ -99,9 +99,9 @@ def frequencies(slenderness: tuple[float, ...] = (25.0, 100.0, 400.0)) -> Iterat
                 "closure": "inside",
             }
             scene = {**ALONE, "body": {"segments": 2}, "rod": rod}
-            found = np.unique(np.abs(tca.linear.linearise(scene).poles().imag).round(6))
+            actual = np.unique(np.abs(tca.linear.linearise(scene).poles().imag).round(6))
             unit = math.sqrt(37.8e3 * radius**2 / (4.0 * density)) / 0.04**2
-            seen = found[found > 0.0] / unit
+            seen = actual[actual > 0.0] / unit
             errors = [float(np.abs(seen / value - 1.0).min()) for value in exact]
             bound = 1e-3 if ratio >= 100.0 else 2e-2
             yield Row(f"first two frequencies, {name}, length {ratio:g} radii", max(errors), bound)
@@ -144,7 +144,7 @@ def written(page: str, rows: list[Row]) -> str:
     """Put the table of the rows into the page, in the place of the one there."""
     lines = ["| what | error | bound |", "| --- | ---: | ---: |"]
     lines += [f"| {row.what} | {row.value:.1e} {row.unit} | {row.bound:.0e} |" for row in rows]
-    return _BETWEEN.sub(lambda found: "\n".join([found[1], *lines, "", found[2]]), page)
+    return _BETWEEN.sub(lambda actual: "\n".join([actual[1], *lines, "", actual[2]]), page)
 
 
 def main() -> int:

@@ -13,9 +13,9 @@ import pytest
 )
 @pytest.mark.filterwarnings("ignore::tca_cosim.FmuWarning")
 def test_errors_are_within_their_bounds(rows: Callable[[], Iterator[body_errors.Row]]) -> None:
-    found = list(rows())
-    assert len(found) >= 2
-    assert [row for row in found if not row.value < row.bound] == []
+    actual = list(rows())
+    assert len(actual) >= 2
+    assert [row for row in actual if not row.value < row.bound] == []
 
 
 def test_frequencies_tend_to_those_of_slender_beams() -> None:

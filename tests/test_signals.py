@@ -116,7 +116,7 @@ def driven(folder: Path, **signal: object) -> Any:
 
 
 def test_columns_of_netcdf_files_drive_inputs(tmp_path: Path) -> None:
-    """Of a result of this package, by the names of its variables; units come from the file."""
+    """A result of this package, by the names of its variables; units come from the file."""
     result = tca.run("step", {"stop_time": 1.0})
     results.write(result, tmp_path / "before.nc")
     signal = driven(tmp_path, file="before.nc", column="thermal.V[3]", hold="held").signals["V[1]"]
