@@ -200,6 +200,15 @@ def test_payloads_are_drawn_where_they_are() -> None:
         ("step", {"rod.tca.contact": "bonded"}, ["tca.contact = 'bonded'"]),
         ("step", {"rod.tca.ends": "tethered"}, ["tca.ends = 'tethered'"]),
         ("step", {"rod.tip_body.mass": "1 g"}, ["a body at the tip"]),
+        ("step", {"rod.tca.law": "measured"}, []),
+        ("step", {"rod.tca.law": "measured", "rod.tca.stiffening[2]": 5}, ["a measured law that is not linear"]),
+        (
+            "step",
+            {"rod.tca.law": "measured", "rod.tca.stroke_curvature[1]": 1e-6},
+            ["a measured law that is not linear"],
+        ),
+        ("step", {"rod.tca.law": "measured", "rod.tca.stop_stiffness[3]": 9}, ["a measured law that is not linear"]),
+        ("step", {"rod.tca.stiffening": 5}, []),  # the law is that of the wire
     ],
 )
 def test_what_makes_a_body_another_than_a_uniform_one(source: str, overrides: dict, expected: list[str]) -> None:

@@ -187,3 +187,27 @@ def test_values_of_members() -> None:
 )
 def test_extremes_bound_a_signal(signal: Any, least: float, most: float) -> None:
     assert (min(signal.extremes), max(signal.extremes)) == (least, most)
+
+
+# -- tables of values in CSV files
+
+
+@pytest.mark.parametrize(
+    ("rows", "message"),
+    [
+        ("time,T\n0,300\n1,10000\n", None),
+        ("time,T\n0,1\n1,300\n", None),
+        ("time,T\n0,300\n1,10001\n", "10001 is out of range; allowed: 1 to 10000"),
+        ("time,T\n0,0.5\n1,300\n", "0.5 is out of range; allowed: 1 to 10000"),
+        ("time,T\n1,300\n0,301\n", "times must increase; sort the rows, one for each time"),
+    ],
+)
+def test_values_of_a_table_are_in_range_and_in_order(rows: str, message: str | None, here: Path) -> None:
+    (here / "table.csv").write_text(rows)
+    table = {"stop_time": 1, "thermal": {"T_ambient": {"file": "table.csv", "column": "T"}}}
+    if message is None:
+        assert tca.read(table).member("thermal").signals["T_ambient"].degree == 1
+        return
+    with pytest.raises(SceneError) as error:
+        tca.read(table)
+    assert message in str(error.value)

@@ -142,6 +142,12 @@ def test_an_end_at_the_start_of_a_step_but_for_rounding_is_there_already() -> No
     assert one.ended == "the FMU ends"
 
 
+def test_an_end_soon_after_the_start_of_a_short_step_is_hit() -> None:
+    control, one = Script(lambda step, n: stopping(0.01 + 1e-8)(step, n), step=0.01), master()
+    assert ends(control, 1.0, one) == [0.01, 0.01 + 1e-8]
+    assert one.ended == "the FMU ends"
+
+
 def test_an_end_that_is_refused_itself_is_the_end() -> None:
     def answer(step: MacroStep, attempt: int) -> StepResult:
         if step.time < 1.0:
@@ -228,14 +234,10 @@ def test_a_block_that_takes_nothing_leaves_the_step_to_the_master() -> None:
 
 
 def test_blocks_wait_until_the_length_has_grown_back() -> None:
-    """0.5 s after a failure: the two halves are the master's, and the next whole step is the block's again."""
-    control, blocks = Script(failing([1])), Blocks(size=2, most=0)
-    blocks_given = blocks.given
-    assert ends(control, 3.0, blocks=blocks) == [0.5, 1.0, 2.0, 3.0]
-    assert [steps[0].time for steps in blocks_given] == [0.0, 1.0, 2.0]
-    control = Script(failing([1, 2, 3]))  # down to 0.125: at 1 s the cap is below the step again
-    ends(control, 1.0, blocks=Blocks(size=2, most=0))
-    assert control.lengths[:4] == [1.0, 0.5, 0.25, 0.125]
+    """Failures late in a step leave lengths of at most 0.5 s to the next one, which is the master's."""
+    control, blocks = Script(failing([1, 3, 5])), Blocks(size=1, most=0)
+    assert ends(control, 3.0, blocks=blocks) == [0.5, 0.75, 0.875, 1.0, 1.5, 2.0, 3.0]
+    assert [steps[0].time for steps in blocks.given] == [0.0, 2.0]
 
 
 # -- the error that ends a run

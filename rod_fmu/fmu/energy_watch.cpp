@@ -29,6 +29,7 @@ bool are_constant(const Inputs& u, const Loads& at_end) {
     std::memset(static_cast<void*>(&zero), 0, sizeof zero);
     return zero;
   }();
+  // NOLINTNEXTLINE(bugprone-suspicious-memory-comparison): plain doubles without padding, see kLoadCount
   return std::memcmp(&at_start, &at_end, sizeof(Loads)) == 0 && std::memcmp(&rates, &none, sizeof(Loads)) == 0;
 }
 
@@ -64,6 +65,7 @@ double EnergyWatch::drift(std::span<double> memory, const Parameters& p, const I
       at_end.tip_force.x * y.tip_p[0] + at_end.tip_force.y * y.tip_p[1] + at_end.tip_force.z * y.tip_p[2];
   const double potential = y.energy_elastic + y.energy_tca + y.energy_gravity - by_force;
   const double energy = potential + y.energy_kinetic;
+  // NOLINTNEXTLINE(bugprone-suspicious-memory-comparison): the same numbers to the last bit
   const bool is_same = std::isfinite(now.reference) && std::memcmp(now.loads, &at_end, sizeof(Loads)) == 0;
   if (!is_same || !are_constant(u, at_end) || !are_conservative(at_end)) {
     now.reference = are_conservative(at_end) ? energy : std::numeric_limits<double>::infinity();

@@ -26,6 +26,7 @@ bool record_constant_inputs(const Inputs& u, State& state) {
     return false;
   }
   const Loads loads = loads_at(u, 0.0);
+  // NOLINTNEXTLINE(bugprone-suspicious-memory-comparison): the same numbers to the last bit
   const bool same = std::memcmp(state.loads, &loads, sizeof loads) == 0;
   std::memcpy(state.loads, &loads, sizeof loads);
   return same;
