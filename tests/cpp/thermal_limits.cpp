@@ -193,6 +193,28 @@ TEST(TMax, DoesNotDependOnWhereTheNodesLie) {
   EXPECT_GT(most[0], rise[0]);
 }
 
+/// While it heats and cools, though the field is not calculated in every step.
+TEST(TMax, ExceedsALimitWhereItIsAboveIt) {
+  for (const Level level : {Level::lumped, Level::reduced, Level::full})
+    for (const double limit : {20.0, 40.0, 1e3}) {
+      Parameters p;
+      p.level = level;
+      p.tolerance = 1e-3;
+      Trajectory asked = run_of(p), truth = run_of(p);
+      int above = 0;
+      for (int k = 0; k < 60; ++k) {
+        Drive drive;
+        drive.V[0][0] = k < 30 ? 3.0 : 0.0;
+        for (Trajectory* run : {&asked, &truth}) run->advance(drive, 1.0);
+        const bool exceeds = truth.max_rise() > limit;
+        EXPECT_EQ(asked.exceeds(limit), exceeds) << "limit " << limit << ", " << k << " s";
+        above += exceeds;
+      }
+      EXPECT_EQ(above > 0, limit < 100.0) << limit;
+      EXPECT_LT(above, 60);
+    }
+}
+
 TEST(BlowUp, IsNamedAtEveryLevel) {
   for (Level level : {Level::lumped, Level::reduced, Level::full}) {
     Parameters p;

@@ -51,6 +51,8 @@ class Trajectory {
     must(level_->observe(state, drive, seen));
     return seen;
   }
+  double max_rise() { return level_->max_rise(state); }
+  bool exceeds(double rise) { return level_->exceeds(state, rise); }
   int unknowns() const { return level_->unknowns(); }
 
  private:

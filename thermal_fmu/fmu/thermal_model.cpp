@@ -14,8 +14,7 @@
 namespace thermal {
 namespace {
 
-constexpr double kHottest = 373.15;    // where the paper's assumptions end [K]
-constexpr double kBetweenNodes = 0.1;  // by which a field may exceed its hottest node; 0.014 at the start values [K]
+constexpr double kHottest = 373.15;           // where the paper's assumptions end [K]
 constexpr double kReferenceTolerance = 1e-4;  // of the model that `lumped` is compared with
 
 constexpr unsigned kHotWarning = 0, kAccuracyWarning = 1;  // bits of Model::warn_once
@@ -149,8 +148,7 @@ Status ThermalModel::evaluate(double t) {
   data_.coefficient = seen.coefficient;
   data_.reduction_bound = seen.bound;
   data_.reduction_states = static_cast<double>(level_->unknowns());
-  // Between the nodes it may be hotter by little: the search is worth its cost only near the limit.
-  if (T_0 + seen.node_rise > kHottest - kBetweenNodes && T_0 + level_->max_rise(memory_) > kHottest)
+  if (level_->exceeds(memory_, kHottest - T_0))
     warn_once(kHotWarning, [&] {
       std::ostringstream text;
       text << "t = " << t << " s: the hottest point of the section is at " << T_0 + level_->max_rise(memory_) - 273.15

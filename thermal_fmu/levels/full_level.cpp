@@ -160,4 +160,9 @@ double FullLevel::max_rise(std::span<const double> state) {
   return system.max_rise(Eigen::Map<const VectorXd>(state.data(), system.size()));
 }
 
+bool FullLevel::exceeds(std::span<const double> state, double rise) {
+  FullSystem& system = integrator_->system;
+  return system.exceeds(Eigen::Map<const VectorXd>(state.data(), system.size()), rise);
+}
+
 }  // namespace thermal

@@ -22,6 +22,7 @@ class FullLevel final : public HeatLevel {
   void retune(const Parameters& parameters) override;
   Status observe(std::span<const double> state, const Drive& drive, Observation& seen) override;
   double max_rise(std::span<const double> state) override;
+  bool exceeds(std::span<const double> state, double rise) override;
 
   const FullSystem::Counts& counts() const;
 

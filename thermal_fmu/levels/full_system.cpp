@@ -95,8 +95,6 @@ Status FullSystem::observe(const Eigen::Ref<const Vector>& x, const Drive& drive
   seen.coefficient = ratio * convection.reference();
   seen.surface_rise = surface / surface_conductance_;
   seen.stored = root.dot(x);
-  observe_probes(x);
-  seen.node_rise = peak_values_.maxCoeff();
   seen.bound = 0.0;  // nothing is left out of the mesh
   return {};
 }
@@ -109,6 +107,11 @@ void FullSystem::observe_probes(const Eigen::Ref<const Vector>& x) {
 double FullSystem::max_rise(const Eigen::Ref<const Vector>& x) {
   observe_probes(x);
   return peak_.of(peak_values_);
+}
+
+bool FullSystem::exceeds(const Eigen::Ref<const Vector>& x, double rise) {
+  observe_probes(x);
+  return peak_values_.maxCoeff() > rise - kBetweenNodes && peak_.of(peak_values_) > rise;
 }
 
 }  // namespace thermal

@@ -31,6 +31,8 @@ class FullSystem {
   Status observe(const Eigen::Ref<const Vector>& x, const Drive& drive, Observation& seen);
   /// Highest rise in TCAs and on the surface [K].
   double max_rise(const Eigen::Ref<const Vector>& x);
+  /// Returns whether it exceeds `rise` [K].
+  bool exceeds(const Eigen::Ref<const Vector>& x, double rise);
 
   Circuit circuit;
   Convection convection;

@@ -24,6 +24,9 @@ struct Drive {
   Cubic air_speed{};                    // [m/s]
 };
 
+/// By which a field may exceed its hottest node [K]; 0.014 at the start values.
+inline constexpr double kBetweenNodes = 0.1;
+
 /// What a level does not write stays core::kUnwritten.
 struct Observation {
   PerTca rise = filled(core::kUnwritten);   // T_i - T_0 [K]
@@ -31,7 +34,6 @@ struct Observation {
   PerTca power = filled(core::kUnwritten);  // [W]
   double loss = core::kUnwritten;           // through the surface [W]
   double stored = core::kUnwritten;         // since the uniform T_0 [J]
-  double node_rise = core::kUnwritten;      // highest one at the nodes of TCAs and surface [K]
   double surface_rise = core::kUnwritten;   // mean [K]
   double coefficient = core::kUnwritten;    // of heat transfer at the surface [W/(m2 K)]
   double bound = core::kUnwritten;          // of the error of every T_i so far against the same mesh unreduced [K]
@@ -54,6 +56,8 @@ class HeatLevel {
   virtual Status observe(std::span<const double> state, const Drive& drive, Observation& seen) = 0;
   /// Highest rise in TCAs and on the surface [K].
   virtual double max_rise(std::span<const double> state) = 0;
+  /// Returns whether max_rise() exceeds `rise` [K]; cheap where it is far below.
+  virtual bool exceeds(std::span<const double> state, double rise) = 0;
 
   // The level as differential equations, for model exchange: amplitudes of its modes [K], scaled so that a uniform rise
   // of 1 K has amplitudes whose squares sum to 1.

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "levels/phi.hpp"
@@ -25,6 +24,7 @@ ModalLevel<tcas>::ModalLevel(ModalModel model, const Parameters& parameters)
     : model_(std::move(model)),
       load_(model_.load),
       unit_(model_.capacity.norm()),
+      most_per_amplitude_(model_.probe.cwiseAbs().colwise().maxCoeff()),
       circuit_(parameters),
       convection_(parameters),
       T_0_(parameters.T_0),
@@ -33,8 +33,8 @@ ModalLevel<tcas>::ModalLevel(ModalModel model, const Parameters& parameters)
       conductances_(count(), kPoints),
       base_rises_(rows() * kPoints),
       z_(model_.size()),
-      probed_(VectorXd::Constant(model_.size(), std::numeric_limits<double>::quiet_NaN())),
-      probes_(model_.probe.rows()) {
+      probed_(VectorXd::Zero(model_.size())),
+      probes_(VectorXd::Zero(model_.probe.rows())) {
   carrier_ = make_carrier();
   retune(parameters);
 }
@@ -199,8 +199,6 @@ Status ModalLevel<tcas>::observe(std::span<const double> memory, const Drive& dr
                                              drive.air_speed[0]);
   seen.surface_rise = surface / model_.surface_conductance;
   seen.stored = model_.capacity.dot(z);
-  observe_probes(z);
-  seen.node_rise = probes_.maxCoeff();
   seen.bound = 0.0;
   for (Index i = 0; i < n_tcas; ++i) seen.bound = std::max(seen.bound, model_.step_bound.row(i).dot(travel));
   return {};
@@ -210,6 +208,7 @@ template <int tcas>
 void ModalLevel<tcas>::observe_probes(const Eigen::Ref<const VectorXd>& z) {
   probes_.noalias() = model_.probe * z;
   probed_ = z;
+  node_rise_ = probes_.maxCoeff();
 }
 
 template <int tcas>
@@ -217,6 +216,15 @@ double ModalLevel<tcas>::max_rise(std::span<const double> memory) {
   const Eigen::Map<const VectorXd> z(memory.data(), model_.size());
   if (z != probed_) observe_probes(z);
   return model_.peak.of(probes_);
+}
+
+template <int tcas>
+bool ModalLevel<tcas>::exceeds(std::span<const double> memory, double rise) {
+  const Eigen::Map<const VectorXd> z(memory.data(), model_.size());
+  // Since the probes were last calculated none of them has moved by more than all amplitudes together.
+  if (node_rise_ + most_per_amplitude_.dot((z - probed_).cwiseAbs()) <= rise - kBetweenNodes) return false;
+  if (z != probed_) observe_probes(z);
+  return node_rise_ > rise - kBetweenNodes && model_.peak.of(probes_) > rise;
 }
 
 template class ModalLevel<static_cast<int>(core::kDefaultTcas)>;

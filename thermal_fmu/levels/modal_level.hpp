@@ -33,6 +33,7 @@ class ModalLevel final : public HeatLevel {
   void retune(const Parameters& parameters) override;
   Status observe(std::span<const double> state, const Drive& drive, Observation& seen) override;
   double max_rise(std::span<const double> memory) override;
+  bool exceeds(std::span<const double> memory, double rise) override;
   std::size_t amplitudes() const override { return static_cast<std::size_t>(model_.size()); }
   void get_amplitudes(std::span<const double> state, std::span<double> x) const override;
   void set_amplitudes(std::span<double> state, std::span<const double> x) const override;
@@ -104,7 +105,8 @@ class ModalLevel final : public HeatLevel {
 
   ModalModel model_;
   Loads load_;
-  double unit_;  // amplitudes of a uniform rise of 1 K, together [sqrt(J/K)]
+  double unit_;                         // amplitudes of a uniform rise of 1 K, together [sqrt(J/K)]
+  Eigen::VectorXd most_per_amplitude_;  // largest rise at a probe by each amplitude of 1
   Circuit circuit_;
   Convection convection_;
   double T_0_;
@@ -116,6 +118,7 @@ class ModalLevel final : public HeatLevel {
   AtPoints powers_, rises_, conductances_;
   Values base_rises_;
   Eigen::VectorXd z_, probed_, probes_;  // probed_: the amplitudes that probes_ belong to
+  double node_rise_ = 0.0;               // highest of probes_ [K]
 };
 
 extern template class ModalLevel<static_cast<int>(core::kDefaultTcas)>;
