@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 import tca_cosim as tca
@@ -80,9 +82,62 @@ def test_refusals_change_nothing(inputs: dict[str, object], message: str) -> Non
         with pytest.raises(tca.SceneError, match=message):
             sim.step(0.1, inputs)
         assert sim.time == 0.0
-        for until in (0.0, float("nan"), 31.0):
+        for until in (0.0, 1e-12, float("nan"), 31.0, "soon", None, [1.0, 2.0]):
             with pytest.raises(tca.SceneError, match=r"later time|later stop_time"):
                 sim.step(until)
+
+
+def test_what_an_fmu_refuses_changes_nothing() -> None:
+    """Neither of the inputs is kept: the next step is one with the inputs before."""
+    with tca.Simulation("step") as sim:
+        sim.step(0.5)
+        state, volts = sim.save(), sim["thermal.V"]
+        sim.step(0.6)
+        expected = sim["thermal.T"]
+        for refused in ({"thermal.T_ambient": -5.0}, {"thermal.V": 1e200}):
+            sim.restore(state)
+            with pytest.raises(tca.SubsystemError, match=r"allowed: 1 K to 10000 K|reduce the voltage"):
+                sim.step(0.6, {"rod.tip_force": 1e-3} | refused)
+            assert sim.time == 0.5
+            assert (sim["thermal.V"] == volts).all()
+            sim.step(0.6)
+            assert (sim["thermal.T"] == expected).all()
+
+
+def test_states_of_another_simulation_are_refused() -> None:
+    with tca.Simulation("step") as sim, tca.Simulation("step") as same, tca.Simulation("antagonist") as other:
+        sim.step(0.5, {"thermal.V[1]": 1.0})
+        own, before = sim.save(), sim.values()
+        for state in (same.save(), other.save(), None):
+            for use in (sim.restore, sim.release):
+                with pytest.raises(tca.SceneError, match=r"not a state of this simulation; give one that its save\(\)"):
+                    use(state)  # type: ignore[arg-type]
+        assert sim.time == 0.5
+        assert all(np.array_equal(value, before[name]) for name, value in sim.values().items())
+        sim.restore(own)
+
+
+@pytest.mark.parametrize(
+    ("use", "message"),
+    [
+        (lambda sim: sim.set_inputs({"thermal.V": [[1.0], [2.0, 3.0]]}), "finite number, as many as it has elements"),
+        (
+            lambda sim: sim.set_inputs({"thermal.V": 1.0, "thermal.V[1]": 2.0}),
+            r"thermal\.V\[1\] is set twice; keep one",
+        ),
+        (lambda sim: sim.set_inputs([1.0, 2.0, 3.0]), "list; give a mapping such as"),
+        (lambda sim: sim.set_inputs({3: 1.0}), "3: int; name variables 'member.variable'"),
+        (lambda sim: sim[None], "NoneType; name variables 'member.variable'"),
+        (lambda sim: sim.instance("heat"), "no FMU 'heat'; the scene has thermal, rod"),
+        (lambda sim: sim.values("rod.tip"), "no variable 'tip'"),
+    ],
+)
+def test_names_and_values_of_another_kind_are_refused(use: Callable[[tca.Simulation], object], message: str) -> None:
+    with tca.Simulation("step") as sim:
+        before = sim["thermal.V"]
+        with pytest.raises(tca.SceneError, match=message):
+            use(sim)
+        assert (sim["thermal.V"] == before).all()
 
 
 def test_a_closed_simulation_says_so() -> None:

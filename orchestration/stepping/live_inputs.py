@@ -11,7 +11,7 @@ from ..cosim.signals import Constant, Polynomial, Signal
 from ..errors import SceneError
 from ..scene import Scene
 
-__all__ = ["LiveInput", "held", "with_live_inputs"]
+__all__ = ["LiveInput", "number_of", "signals_of", "with_live_inputs"]
 
 
 class LiveInput:
@@ -55,12 +55,37 @@ def with_live_inputs(scene: Scene, live: dict[tuple[str, str], LiveInput]) -> Sc
     return replace(scene, members=tuple(members))
 
 
-def held(key: str, value: Any) -> Constant:
-    """Return a value as a signal that holds it. Raises SceneError, with the key, where it is no finite number."""
+def signals_of(key: str, value: Any, count: int) -> list[Signal]:
+    """Return what a key is set to as one signal for each of its elements.
+
+    Raises
+    ------
+    SceneError
+        With the key, where the value is no finite number, no signal, or not as many of them.
+    """
+    if hasattr(value, "polynomial"):
+        return [value] * count
     try:
-        number = float(value)
+        items = np.ravel(value).tolist()
+    except ValueError:  # rows of different lengths
+        items = [value]
+    if len(items) == 1:
+        items *= count
+    if len(items) != count:
+        raise SceneError(f"{key}: {len(items)} values for {count} elements; give {count} or 1")
+    return [item if hasattr(item, "polynomial") else _held(key, item) for item in items]
+
+
+def number_of(value: Any) -> float:
+    """Return a value as a number, nan where it is none."""
+    try:
+        return float(value)
     except (TypeError, ValueError):
-        number = np.nan
+        return float("nan")
+
+
+def _held(key: str, value: Any) -> Constant:
+    number = number_of(value)
     if not np.isfinite(number):
         raise SceneError(f"{key} = {value!r}: give a finite number, as many as it has elements, or a signal")
     return Constant(number)

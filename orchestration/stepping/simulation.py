@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 
 from ..api import Overrides, Source, read
+from ..cosim.communication_points import TIME_RTOL
 from ..cosim.master import Checkpoint
 from ..cosim.signals import Signal
 from ..cosim.time_loop import drive
@@ -25,7 +26,7 @@ from ..errors import SceneError, SubsystemError
 from ..fmi.archive import similar
 from ..fmi.instance import Instance
 from ..simulation import OpenSimulation, control_of, open_simulation, recorded_variables
-from .live_inputs import LiveInput, held, with_live_inputs
+from .live_inputs import LiveInput, number_of, signals_of, with_live_inputs
 
 __all__ = ["SavedState", "Simulation"]
 
@@ -117,10 +118,11 @@ class Simulation:
         SceneError
             The time or an input is not allowed.
         SubsystemError, CouplingError
-            A step failed; the simulation stands at the last time reached.
+            An FMU refuses an input, and nothing was changed; or a step failed, and the simulation stands at the last
+            time reached.
         """
-        self._require_time(until)
-        if inputs:
+        until = self._time_of(until)
+        if inputs is not None:
             self.set_inputs(inputs)
         master = self._ready.master
         known = len(master.notes)
@@ -145,25 +147,33 @@ class Simulation:
         ------
         SceneError
             The message names the key, what is allowed and the remedy; nothing was changed.
+        SubsystemError
+            An FMU refuses a value; nothing was changed.
         """
+        master = self._ready.master
+        if not isinstance(inputs, Mapping):
+            raise SceneError(f"inputs: {type(inputs).__name__}; give a mapping such as {{'{self.inputs[0]}': 1.0}}")
         changes: dict[tuple[str, str], Signal] = {}
         for key, value in inputs.items():
             member, elements, _ = self._resolve(key)
-            values = [value] * len(elements) if hasattr(value, "polynomial") else np.ravel(value).tolist()
-            if len(values) == 1:
-                values *= len(elements)
-            if len(values) != len(elements):
-                raise SceneError(f"{key}: {len(values)} values for {len(elements)} elements; give {len(elements)} or 1")
-            for element, item in zip(elements, values, strict=True):
+            for element, signal in zip(elements, signals_of(key, value, len(elements)), strict=True):
                 if (member, element) not in self._live:
                     raise SceneError(f"{key} cannot be set; inputs that nothing feeds are {', '.join(self.inputs)}")
-                changes[member, element] = item if hasattr(item, "polynomial") else held(key, item)
+                if (member, element) in changes:
+                    raise SceneError(f"{key}: {member}.{element} is set twice; keep one")
+                changes[member, element] = signal
         changed = {port: signal for port, signal in changes.items() if self._live[port].signal != signal}
-        for port, signal in changed.items():
-            self._live[port].signal = signal
-        if changed:
-            self._records.clear()
-            self._ready.master.arrive(self.time)
+        if not changed:
+            return
+        before = {port: self._live[port].signal for port in changed}
+        self._records.clear()
+        self._exchange(changed)
+        try:
+            master.arrive(self.time)
+        except SubsystemError:
+            self._exchange(before)
+            master.arrive(self.time)
+            raise
 
     def __getitem__(self, key: str) -> Any:
         """Return a variable now: a float, or an array for a vector. Raises SceneError for an unknown name."""
@@ -178,7 +188,9 @@ class Simulation:
 
     def values(self, names: Iterable[str] | None = None) -> dict[str, Any]:
         """Return variables now by name, as [] does; without names, all inputs and outputs, vectors whole."""
-        if names is None:
+        if isinstance(names, str):
+            names = [names]
+        elif names is None:
             names = [
                 f"{m.name}.{n}"
                 for m in self.scene.members
@@ -187,7 +199,8 @@ class Simulation:
         return {name: self[name] for name in names}
 
     def instance(self, member: str) -> Instance:
-        """Return the FMU instance of a member."""
+        """Return the FMU instance of a member. Raises SceneError for a name that the scene does not have."""
+        self._require_member(member, member)
         for slave in self._ready.slaves:
             if slave.name == member and isinstance(slave, Instance):
                 return slave
@@ -204,28 +217,48 @@ class Simulation:
         return SavedState(self.time, checkpoint, {port: live.signal for port, live in self._live.items()})
 
     def restore(self, state: SavedState) -> None:
-        """Return to a saved state, which stays valid. Steps from it are the same each time, to the last bit."""
+        """Return to a saved state, which stays valid. Steps from it are the same each time, to the last bit.
+
+        Raises
+        ------
+        SceneError
+            The state is one of another simulation; nothing was changed.
+        SubsystemError
+            An FMU cannot be set back, or the state was released; nothing was changed.
+        """
         master = self._ready.master
+        self._require_own(state)
         if len(state.checkpoint.handles) < len(master.nodes):
             rigid = [node.subsystem.name for node in master.nodes if node not in state.checkpoint.handles]
             raise SubsystemError(
                 f"{', '.join(rigid)} cannot be set back (canGetAndSetFMUstate = false, or the state was released); "
                 "open the scene again"
             )
-        for port, signal in state.signals.items():
-            self._live[port].signal = signal
+        self._exchange(state.signals)
         master.restart(state.checkpoint)
         self.time = state.time
         master.ended = ""
         self._records.clear()
 
     def release(self, state: SavedState) -> None:
-        """Free what a saved state holds."""
-        self._ready.master.release(state.checkpoint)
+        """Free what a saved state holds. Raises SceneError for a state of another simulation."""
+        master = self._ready.master
+        self._require_own(state)
+        master.release(state.checkpoint)
 
     def restart(self) -> None:
         """Return to the start of the scene."""
         self.restore(self._first)
+
+    def _exchange(self, signals: Mapping[tuple[str, str], Signal]) -> None:
+        for port, signal in signals.items():
+            self._live[port].signal = signal
+
+    def _require_own(self, state: SavedState) -> None:
+        """Raise SceneError where a state was saved by another simulation; one that an FMU could not save is empty."""
+        saved = state.checkpoint.samples if isinstance(state, SavedState) else None
+        if saved is None or (saved and not all(node in saved for node in self._ready.master.nodes)):
+            raise SceneError(f"{self.scene.name}: not a state of this simulation; give one that its save() returned")
 
     def _record(self, member: str) -> np.ndarray:
         if member not in self._records:
@@ -234,12 +267,14 @@ class Simulation:
 
     def _resolve(self, key: str) -> tuple[str, list[str], bool]:
         """Return member, elements and whether the name is that of a vector."""
+        if not isinstance(key, str):
+            raise SceneError(
+                f"{key!r}: {type(key).__name__}; name variables 'member.variable', such as {self.inputs[0]!r}"
+            )
         if key not in self._elements:
             name, _, variable = key.partition(".")
-            archives = {m.name: m.archive for m in self.scene.members}
-            if name not in archives:
-                raise SceneError(f"{key}: no FMU {name!r}; the scene has {', '.join(archives)}")
-            archive = archives[name]
+            self._require_member(key, name)
+            archive = self.scene.member(name).archive
             if variable in archive.vectors:
                 self._elements[key] = (name, list(archive.vectors[variable]), True)
             elif variable in archive.variables:
@@ -250,14 +285,22 @@ class Simulation:
                 )
         return self._elements[key]
 
-    def _require_time(self, until: float) -> None:
-        if not np.isfinite(until) or until <= self.time * (1.0 + _TIME_RTOL):
-            raise SceneError(f"step to t = {until} s from {self.time:.6g} s: give a later time")
-        if until > self.scene.stop_time * (1.0 + _TIME_RTOL):
+    def _require_member(self, key: str, name: str) -> None:
+        names = [m.name for m in self.scene.members]
+        if name not in names:
+            raise SceneError(f"{key}: no FMU {name!r}; the scene has {', '.join(names)}")
+
+    def _time_of(self, until: Any) -> float:
+        """Return the time to reach. Raises SceneError where it is none, not later than now, or after the stop time."""
+        time, now = number_of(until), self.time
+        if not np.isfinite(time) or time - now <= max(TIME_RTOL * self._control.step, _TIME_RTOL * now):
+            raise SceneError(f"step to t = {until!r} s from {now:.6g} s: give a later time")
+        if time > self.scene.stop_time * (1.0 + _TIME_RTOL):
             raise SceneError(
-                f"step to t = {until:.6g} s: after the scene's stop time {self.scene.stop_time:g} s; open it with a "
+                f"step to t = {time:.6g} s: after the scene's stop time {self.scene.stop_time:g} s; open it with a "
                 "later stop_time"
             )
+        return time
 
 
 def _whole_names(vectors: Mapping[str, Sequence[str]], columns: Mapping[str, int]) -> list[str]:
