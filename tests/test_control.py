@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from typing import Any
 
 import numpy as np
 import pytest
@@ -125,8 +126,16 @@ def test_a_linear_controller_moves_the_tip_and_holds_it() -> None:
         for k in range(1, 121):
             plant.step(3000.0 + 0.5 * k, {"thermal.V": controller.update(plant["rod.tip.p"][:2], 0.0, 5.0)})
         np.testing.assert_allclose(plant["rod.tip.p"][:2] - model.y_0, wanted, atol=0.1e-3)
+        for wrong in ([NAN, 0.0], [0.0], "warm"):
+            with pytest.raises(tca.SceneError, match=r"give 2 numbers|give finite numbers"):
+                controller.update(wrong, 0.0, 5.0)
+            with pytest.raises(tca.SceneError, match=r"give 2 numbers|give finite numbers"):
+                controller.set_target(wrong)
+        assert np.isfinite(controller.update(plant["rod.tip.p"][:2], 0.0, 5.0)).all()
     with pytest.raises(tca.SceneError, match=r"no weight for rod\.tip\.p"):
         LinearController(reduced, 0.5, {"rod.delta": 1.0}, {"thermal.V": 0.3})
+    with pytest.raises(tca.SceneError, match="step = 0: give a positive number"):
+        LinearController(reduced, 0.0, {"rod.tip.p": 1e-3}, {"thermal.V": 0.3})
 
 
 @pytest.fixture(scope="module")
@@ -246,3 +255,70 @@ def test_the_environment_passes_the_checker() -> None:
     *_, info = several.step(several.action_space.sample())
     assert info["distance"].shape == (2,)
     several.close()
+
+
+@pytest.fixture(scope="module")
+def reach() -> Iterator[Any]:
+    pytest.importorskip("gymnasium")
+    from tca_cosim.control.environment import ReachEnv
+
+    env = ReachEnv()
+    yield env
+    env.close()
+
+
+@pytest.mark.parametrize(
+    "action", [[0.0], 0.0, np.zeros(6), np.zeros((3, 1)), [0.0, NAN, 0.0], [0.0, np.inf, 0.0], "a"]
+)
+def test_a_refused_action_takes_no_step(reach: Any, action: object) -> None:
+    """The next action lasts one step, not two."""
+    reach.reset(seed=1)
+    reach.step(np.zeros(3))
+    expected = reach.step(np.zeros(3))[0]
+    reach.reset(seed=1)
+    reach.step(np.zeros(3))
+    with pytest.raises(tca.SceneError, match=r"action.*give (3|finite) numbers"):
+        reach.step(action)
+    assert (reach.step(np.zeros(3))[0] == expected).all()
+
+
+def test_episodes_end_and_options_are_checked(reach: Any) -> None:
+    from tca_cosim.control.environment import STEPS
+
+    reach.reset(seed=1)
+    ends = [reach.step(np.full(3, -1.0))[3] for _ in range(STEPS)]
+    assert ends == [False] * (STEPS - 1) + [True]
+    with pytest.raises(tca.SceneError, match=r"the episode has ended after 150 steps; call reset\(\)"):
+        reach.step(np.zeros(3))
+    for options, message in (
+        ({"targt": (0.0, 0.0)}, "'targt': unknown; allowed: 'target'"),
+        ({"target": (5.0, 0.0)}, "give coordinates of up to 0.2 m"),
+        ({"target": (NAN, 0.0)}, "give finite numbers"),
+        ({"target": (0.0, 0.0, 0.0)}, "give 2 numbers"),
+    ):
+        with pytest.raises(tca.SceneError, match=message):
+            reach.reset(options=options)
+    observation, _ = reach.reset(options={"target": (2e-3, -4e-3)})
+    np.testing.assert_allclose(observation[-2:], [0.1, -0.2], rtol=1e-6)
+
+
+def test_environments_of_other_manipulators() -> None:
+    """Several sections have actions one after the other; limits that the start exceeds are refused."""
+    pytest.importorskip("gymnasium")
+    from tca_cosim.control.environment import ReachEnv
+
+    env = ReachEnv("serial")
+    try:
+        env.reset(seed=1)
+        cold = env.step(np.full(6, -1.0))[0]
+        warm = env.step(np.array([-1.0, -1.0, -1.0, 1.0, -1.0, -1.0]))[0]
+        assert np.argmax(warm[:6] - cold[:6]) == 3
+    finally:
+        env.close()
+    for options, message in (
+        ({"temperature": 298.15}, "starts at 298.15 K; give a higher"),
+        ({"scene": "gripper"}, "made for a scene with one manipulator"),
+        ({"scene": "fan"}, "plan with convection = constant"),
+    ):
+        with pytest.raises(tca.SceneError, match=message):
+            ReachEnv(**options)

@@ -20,7 +20,10 @@ def require_numbers(what: str, values: Sequence[float] | np.ndarray, count: int,
     SceneError
         There are more or fewer, or some are not finite; nan is allowed where values may be missing.
     """
-    array = np.asarray(values, dtype=float)
+    try:
+        array = np.asarray(values, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise SceneError(f"{what}: {error}; give {count} numbers") from error
     if array.shape != (count,):
         raise SceneError(f"{what}: shape {array.shape}; give {count} numbers")
     if np.isinf(array).any() or (np.isnan(array).any() and not missing):

@@ -14,6 +14,7 @@ from scipy.linalg import expm, solve_discrete_are
 
 from ..errors import SceneError
 from ..linear import LinearModel
+from .checks import require_numbers, require_positive
 
 __all__ = ["LinearController"]
 
@@ -39,7 +40,7 @@ class LinearController:
     Raises
     ------
     SceneError
-        A weight is missing, or the model cannot be stabilised.
+        A number is not positive, a weight is missing, or the model cannot be stabilised.
     """
 
     def __init__(
@@ -51,6 +52,8 @@ class LinearController:
         noise: float = 0.1,
         disturbance: float = 1.0,
     ) -> None:
+        for what, value in (("step", step), ("noise", noise), ("disturbance", disturbance)):
+            require_positive(what, value)
         self.model = model
         n, m = model.B.shape
         block = np.zeros((n + m, n + m))
@@ -80,10 +83,14 @@ class LinearController:
         self._target_x, self._target_u = np.zeros(n), np.zeros(m)
 
     def set_target(self, deviation: np.ndarray) -> None:
-        """Set wanted outputs (p,) as deviations from the operating point: steady inputs and states for them."""
+        """Set wanted outputs (p,) as deviations from the operating point: steady inputs and states for them.
+
+        Raises SceneError where they are not p finite numbers.
+        """
+        deviation = require_numbers("deviation", deviation, len(self._w_y))
         n = len(self._F)
         system = np.block([[self._F - np.eye(n), self._G], [self._C, self._D]])
-        right = np.concatenate([np.zeros(n), np.asarray(deviation) / self._w_y])
+        right = np.concatenate([np.zeros(n), deviation / self._w_y])
         solution = np.linalg.lstsq(system, right, rcond=None)[0]
         self._target_x, self._target_u = solution[:n], solution[n:]
 
@@ -92,9 +99,13 @@ class LinearController:
         return np.linalg.eigvals(self._closed)
 
     def update(self, outputs: np.ndarray, least: float = -np.inf, most: float = np.inf) -> np.ndarray:
-        """Return the inputs (m,) until the next update, within bounds, for measured outputs (p,)."""
+        """Return the inputs (m,) until the next update, within bounds, for measured outputs (p,).
+
+        Raises SceneError where they are not p finite numbers.
+        """
+        outputs = require_numbers("outputs", outputs, len(self._w_y))
         predicted = self._C @ self.x + self._D @ self.u
-        estimate = self.x + self.L @ ((np.asarray(outputs) - self.model.y_0) / self._w_y - predicted)
+        estimate = self.x + self.L @ ((outputs - self.model.y_0) / self._w_y - predicted)
         wanted = self._target_u - self.K @ (estimate - self._target_x)
         self.u = np.clip(self.model.u_0 + wanted, least, most) - self.model.u_0
         self.x = self._F @ estimate + self._G @ self.u

@@ -17,6 +17,7 @@ __all__ = ["Workspace", "workspace"]
 
 TIP = ("tip.p[1]", "tip.p[2]", "tip.p[3]")
 MAX_EQUILIBRIA = 100_000  # of a map: each takes about 0.3 ms
+NEGLIGIBLE = 1e-6  # [K] by which a limit lies above the temperatures at rest at least: rounding of theirs is less
 _DIRECTIONS = 48  # of the plane, in which the least speed is looked for
 
 
@@ -70,8 +71,11 @@ def workspace(scene: Source, limits: PlanLimits | None = None, points: int = 9, 
             )
         largest = limits.voltage**2 / heat.electrics.R
         most = np.minimum(largest, (limits.temperature - heat.T_rest) / np.diag(heat.gain))
-        if (most <= 0.0).any():
-            raise SceneError("nothing is within the limits: the surroundings are as hot as the limit of temperature")
+        if (heat.T_rest >= limits.temperature - NEGLIGIBLE).any():
+            raise SceneError(
+                f"nothing is within the limits: without power the TCAs get {heat.T_rest.max() - 273.15:.4g} degC, the "
+                f"limit of temperature is {limits.temperature - 273.15:.4g} degC; raise it"
+            )
         axes = [np.linspace(0.0, m, points) for m in most]
         powers = np.array(list(itertools.product(*axes)))
         temperatures = heat.T_rest + powers @ heat.gain.T
