@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -15,9 +16,10 @@ from tca_cosim.cosim.communication_points import Segment, segments
 from tca_cosim.cosim.converted_inputs import convert_inputs
 from tca_cosim.cosim.interface import InterfaceVector, TornOutputs
 from tca_cosim.cosim.linear_subsystem import Linear
+from tca_cosim.cosim.signals import Constant
 from tca_cosim.cosim.subsystem import Port
 from tca_cosim.cosim.topology import Connection
-from tca_cosim.studies.stability.model_problems import couple, dahlquist, linear
+from tca_cosim.studies.stability.model_problems import couple, dahlquist, linear, wires
 
 
 def torn(name: str, ports: str, columns: list[int]) -> TornOutputs:
@@ -76,6 +78,16 @@ def test_the_tangent_of_a_linear_system_is_its_feedthrough() -> None:
     assert isinstance(system, Linear)
     np.testing.assert_array_equal(system.tangent(np.array([1])), [[6.0], [8.0]])
     np.testing.assert_array_equal(system.tangent(np.array([0, 1])), [[5.0, 6.0], [7.0, 8.0]])
+
+
+@pytest.mark.parametrize(("discrete", "reached"), [(True, 0.55), (False, 0.5)])
+def test_discrete_inputs_hold_what_their_source_has_at_the_end_of_a_step(discrete: bool, reached: float) -> None:
+    """The source goes up by 1 in 1 s: held over steps of 0.1 s its integral is 0.1 (0.1 + 0.2 + ... + 1.0)."""
+    source = linear("source", [0], [1], [1], [0], [0], "u", "y")
+    target = integrator()
+    target.inputs = (replace(target.inputs[0], discrete=discrete),)
+    couple([source, target], wires("source.y -> integrator.u"), 1.0, 0.1, signals={"source": {"u": Constant(1.0)}})
+    assert target.values()[0] == pytest.approx(reached)
 
 
 # -- communication points
