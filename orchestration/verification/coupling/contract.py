@@ -6,21 +6,20 @@ Everything is compared in the recorded variables (Real inputs and outputs), as s
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
-from ...cosim.subsystem import Port, Recorder
 from ...errors import CosimError, TerminationRequest
 from ...scene import Member, Scene
 from ...simulation import load_member, recorded_variables
+from .case import Case, course_of, until_its_end
 from .convergence import scales_of
 from .runs import CoupledRun
 
 __all__ = ["Check", "check_member"]
 
-_SEGMENTS = 12  # macro steps that a member is tested on: at the start, where most happens, of those of the run
 _ROUNDING = 1e-9  # share of the range: deviations below are rounding
 _ROLLBACK = 1e-6  # share of the range above which a restored state is taken to be another one
 _RATES = 0.02  # largest relative deviation of a rate from differences
@@ -49,62 +48,6 @@ class Check:
         return self.name in ("loads", "steps alone")
 
 
-@dataclass(frozen=True)
-class _Course:
-    """Inputs that a member is driven with: times (n + 1,) [s], values (n + 1, n_u), their limits (2, n_u)."""
-
-    times: np.ndarray
-    values: np.ndarray
-    limits: np.ndarray
-
-    @property
-    def varies(self) -> bool:
-        return bool(np.ptp(self.values, axis=0).any()) if self.values.size else False
-
-
-@dataclass(frozen=True)
-class _Case:
-    scene: Scene
-    member: Member
-    course: _Course
-
-    @contextlib.contextmanager
-    def opened(self) -> Iterator[Recorder]:
-        """A fresh instance, initialised with the first inputs."""
-        with contextlib.closing(load_member(self.scene, self.member)) as instance:
-            instance.initialise(float(self.course.times[0]), self.course.values[0])
-            instance.begin()
-            yield instance
-
-    def step(self, instance: Recorder, k: int, parts: int = 1, shift: float = 0.0) -> np.ndarray:
-        """Step over segment k in equal parts under held inputs; the recorded variables after it.
-
-        shift: moves the inputs by that share of their size.
-        """
-        polynomials = np.zeros((4, self.course.values.shape[1]))
-        polynomials[0] = self.shifted(k, shift)
-        begin, end = self.course.times[k : k + 2]
-        length = float(end - begin) / parts
-        for part in range(parts):
-            instance.set_inputs(polynomials.copy())
-            instance.step(float(begin) + part * length, length)
-        return instance.record()
-
-    def shifted(self, k: int, shift: float) -> np.ndarray:
-        """Inputs (n_u,) of segment k, moved by a share of their size within their limits."""
-        values = self.course.values[k]
-        return np.clip(values * (1.0 + shift) + shift, *self.course.limits) if shift else values
-
-    def played(self, parts: int = 1) -> np.ndarray:
-        """Recorded variables (n, variables) after each segment, of a fresh instance."""
-        with self.opened() as instance:
-            return np.array([self.step(instance, k, parts) for k in range(self.segments)])
-
-    @property
-    def segments(self) -> int:
-        return self.course.times.size - 1
-
-
 def check_member(scene: Scene, member: Member, run: CoupledRun) -> list[Check]:
     """Test one member of a scene on the inputs of a run; a run that failed at once leaves the start values."""
     try:
@@ -113,9 +56,9 @@ def check_member(scene: Scene, member: Member, run: CoupledRun) -> list[Check]:
             traits = (instance.can_rollback, instance.has_rates, instance.takes_polynomials)
     except CosimError as error:
         return [Check("loads", False, f"cannot be loaded: {error}", np.inf)]
-    case = _Case(scene, member, _course(scene, member, run, ports))
+    case = Case(scene, member, course_of(scene, member, run, ports))
     try:
-        case = _until_its_end(case)
+        case = until_its_end(case)
         base = case.played()
     except CosimError as error:
         return [
@@ -159,40 +102,6 @@ def _varies_steps(member: Member) -> bool:
     return interface is None or bool(interface.takes_variable_steps)
 
 
-def _until_its_end(case: _Case) -> _Case:
-    """The case with the segments before the FMU ends the simulation as its wish; all where it does not."""
-    done = 0
-    try:
-        with case.opened() as instance:
-            for k in range(case.segments):
-                case.step(instance, k)
-                done += 1
-    except TerminationRequest:
-        if not done:
-            raise
-        course = case.course
-        return replace(case, course=replace(course, times=course.times[: done + 1], values=course.values[: done + 1]))
-    return case
-
-
-def _course(scene: Scene, member: Member, run: CoupledRun, ports: Sequence[Port]) -> _Course:
-    names = [v.name for v in recorded_variables(member)]
-    rows = run.records.get(member.name)
-    count = min(_SEGMENTS, max(1, run.times.size - 1))
-    step = run.step if run.times.size < 2 else float(np.diff(run.times).max())
-    # Steps of one length, since some FMUs take no other; inputs as they were in the run at about these times.
-    times = scene.start_time + step * np.arange(count + 1)
-    columns = []
-    for name, start in ((port.name, port.start) for port in ports):
-        if rows is None or not len(rows) or name not in names:
-            columns.append(np.full(count + 1, start))
-            continue
-        course = rows[:, names.index(name)]
-        columns.append(np.interp(times, run.times, np.where(np.isfinite(course), course, start)))
-    limits = np.array([[port.least for port in ports], [port.most for port in ports]]).reshape(2, len(ports))
-    return _Course(times, np.array(columns).T.reshape(count + 1, len(ports)), limits)
-
-
 def _deviation(a: np.ndarray, b: np.ndarray, scales: np.ndarray) -> float:
     """Largest difference over the scale of each variable; inf where one is finite and the other is not."""
     with np.errstate(invalid="ignore"):
@@ -204,7 +113,7 @@ def _percent(share: float) -> str:
     return f"{100.0 * share:.2g} % of the range"
 
 
-def _determinism(case: _Case, base: np.ndarray, scales: np.ndarray) -> Check:
+def _determinism(case: Case, base: np.ndarray, scales: np.ndarray) -> Check:
     """Same calls, same results: again alone, and as two instances whose steps alternate."""
     again = _deviation(case.played(), base, scales)
     if again > _ROUNDING:
@@ -223,7 +132,7 @@ def _determinism(case: _Case, base: np.ndarray, scales: np.ndarray) -> Check:
     return Check("determinism", True, f"the same calls give the same results {same}, beside another instance too")
 
 
-def _order_of_calls(case: _Case, base: np.ndarray, scales: np.ndarray) -> Check:
+def _order_of_calls(case: Case, base: np.ndarray, scales: np.ndarray) -> Check:
     """Outputs read twice are equal, and of inputs set twice before a step the last count."""
     twice, worst = 0.0, 0.0
     with case.opened() as instance:
@@ -242,7 +151,7 @@ def _order_of_calls(case: _Case, base: np.ndarray, scales: np.ndarray) -> Check:
     return Check("order of calls", True, "reading outputs changes nothing; of inputs set twice the last count")
 
 
-def _rollback(case: _Case, scales: np.ndarray) -> Check:
+def _rollback(case: Case, scales: np.ndarray) -> Check:
     """Save, step on, restore, step with other inputs, restore, step on: the same two results again."""
     worst, bitwise = 0.0, True
     with case.opened() as instance:
@@ -265,7 +174,7 @@ def _rollback(case: _Case, scales: np.ndarray) -> Check:
     return Check("rollback", True, "bitwise" if bitwise else f"to {_percent(worst)}, not bitwise", worst)
 
 
-def _rates(case: _Case, scales: np.ndarray) -> Check:
+def _rates(case: Case, scales: np.ndarray) -> Check:
     """Output derivatives against differences of short steps under held inputs."""
     worst, where = 0.0, ""
     span = float(case.course.times[-1] - case.course.times[0])
@@ -305,7 +214,7 @@ def _rates(case: _Case, scales: np.ndarray) -> Check:
     return Check("rates", True, f"agree with differences to {100.0 * worst:.2g} %", worst)
 
 
-def _step_size(case: _Case, base: np.ndarray, scales: np.ndarray) -> Check:
+def _step_size(case: Case, base: np.ndarray, scales: np.ndarray) -> Check:
     """Under held inputs, steps of h, h/2 and h/4 must lead to the same result, or to one limit."""
     halves, quarters = case.played(2), case.played(4)
     counts = [
@@ -339,7 +248,7 @@ def _is_count(course: np.ndarray) -> bool:
     return bool(np.array_equal(course, np.round(course)) and (np.diff(course) >= 0.0).all() and np.ptp(course) > 0.0)
 
 
-def _input_derivatives(case: _Case, scales: np.ndarray) -> Check:
+def _input_derivatives(case: Case, scales: np.ndarray) -> Check:
     """Linear inputs over a step against many short steps with held inputs at their middles."""
     if not case.course.varies or case.segments < 2:
         return Check("input derivatives", None, "its inputs do not vary in the run")
