@@ -121,8 +121,8 @@ ROD_INLINE void tca_geometry(const RodConstants& rod, const VectorField& kappa, 
 /// Angular velocity, and velocity over L.
 template <class Space, int packs>
 ROD_INLINE void velocities(const RodConstants& rod, const double* v, Kinematics& w) {
-  using Linear = Space::Linear;
-  using Angular = Space::Angular;
+  using Linear = typename Space::Linear;
+  using Angular = typename Space::Angular;
   const Quadrature& grid = *rod.grid;
   VectorField kappa1, lambda1;
   add_expansion<packs>(rod, v, kappa1, lambda1);
@@ -152,8 +152,8 @@ template <class Space, int packs>
 ROD_INLINE void inertia_forces(const RodConstants& rod, const double* a, Kinematics& w,
                                NodeArray<typename Space::Linear, packs>& n,
                                NodeArray<typename Space::Angular, packs>& hdot) {
-  using Linear = Space::Linear;
-  using Angular = Space::Angular;
+  using Linear = typename Space::Linear;
+  using Angular = typename Space::Angular;
   const Quadrature& grid = *rod.grid;
   VectorField kappa2, lambda2;
   add_expansion<packs>(rod, a, kappa2, lambda2);
@@ -201,8 +201,8 @@ ROD_INLINE void positions(const RodConstants& rod, const double* q, Kinematics& 
 template <class Space, int packs>
 ROD_INLINE void balance(const RodConstants& rod, const BodyLoads& loads, NodeArray<typename Space::Linear, packs>& n,
                         NodeArray<typename Space::Angular, packs>& m, Kinematics& w, double* r) {
-  using Linear = Space::Linear;
-  using Angular = Space::Angular;
+  using Linear = typename Space::Linear;
+  using Angular = typename Space::Angular;
   const Quadrature& grid = *rod.grid;
   const Vec3 weight = (rod.mass * rod.length * rod.length) * loads.gravity;
   for (int p = 0; p < packs; ++p) {

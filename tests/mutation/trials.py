@@ -65,6 +65,7 @@ class Trials:
     out: Path
     budget: float
     sound: set[str] = field(default_factory=set)  # tests that have caught something, and pass without a mutant
+    unsound: set[str] = field(default_factory=set)  # and those that fail without one, which take no part
 
     def done(self) -> set[tuple[str, int]]:
         """Return the mutants that have been tried."""
@@ -136,6 +137,8 @@ class Trials:
     def _chosen(self, module: str, mutant: Mutant) -> list[str]:
         chosen, total = [], 0.0
         for test in self.map.tests(module, mutant.line, mutant.line):
+            if test in self.unsound:
+                continue
             total += self.map.seconds[test]
             if chosen and total > self.budget:
                 break
@@ -164,7 +167,8 @@ class Trials:
             if self._verdict([by], lambda: None, attempt)[0] == "survived":
                 self.sound.add(by)
                 break
-            tests = [test for test in tests if test != by]  # it fails without a mutant
+            self.unsound.add(by)
+            tests = [test for test in tests if test != by]
         module, number = self.current
         entry = {
             "module": module,
