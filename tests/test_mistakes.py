@@ -55,6 +55,10 @@ MISTAKES: dict[str, tuple[Sequence[str], Sequence[str]]] = {
     "item number": (set_in("rod.closure=7"), ["not the value of an item", "inside, exchanged"]),
     "length negative": (set_in("body.length=-40 mm"), ["body.length", "-40 mm", "out of range"]),
     "length zero": (set_in("body.length=0"), ["out of range"]),
+    "part of a signal": (
+        set_in("thermal.T_ambient.sine.period=2"),
+        ["set it as a whole: thermal.T_ambient={sine={...}}"],
+    ),
     "output set": (set_in("rod.delta=1"), ["is output; only parameters, inputs and start values can be set"]),
     "vector too short": (set_in("thermal.V=[1, 2]"), ["2 values for 3 elements of V; give 3"]),
     "list for a scalar": (set_in("rod.order=[1]"), ["wrong type; give a whole number"]),

@@ -85,7 +85,7 @@ def test_an_infeasible_path_is_approximated_as_well_as_by_collocation(at_most) -
     with HeatModel(scene) as heat, StaticRod(scene, ("tip.p[1]", "tip.p[2]", *DISPLACEMENTS)) as rod:
         times = made.times[1:]
         weights = (times >= 2.0 - 1e-9).astype(float)
-        problem = PathProblem(heat, rod, limits, 0.25, made.target.at(times), weights, made.target.scale)
+        problem = PathProblem(heat, rod, limits, 0.25, made.target.at(times), weights, made.target.scales)
         ours = problem.solve()
         T = np.array([320.0, 300.0, 310.0])
         np.testing.assert_allclose(np.array(arc(ca, ca.DM(T))).ravel(), rod.outputs(T[None])[0, :2], rtol=1e-4)
@@ -193,7 +193,11 @@ def test_the_workspace_holds_equilibria_within_the_limits(tmp_path: Path) -> Non
         ("time,tip.p[1],rod.tip.p[1]\n1,0,0\n2,0,0\n", r"'tip\.p\[1\]' is given twice; keep one"),
         ("time,tip.p[1],tip.p[1]\n1,0,0\n2,0,0\n", r"two columns 'tip\.p\[1\]'; keep one"),
         ("time,tip.p[1] [degC]\n1,0\n2,0\n", "give a unit that converts to 'm'"),
-        ("time,tip.p[1]\n1,0\n2,nan\n", "not finite"),
+        ("time,tip.p[1]\n1,0\n2,nan\n", r"path\.csv: row 2: not finite"),
+        ("time,tip.p[1]\n1,0\n2\n", r"path\.csv: row 2: 1 cells for 2 names"),
+        ("time,tip.p[1]\n1,0\n", r"path\.csv: a path needs two times at least"),
+        ("time,tip.p[1]\n1,0\n1,0\n2,0\n", r"path\.csv: path: time 1 s in row 2 after 1 s; give finite times that"),
+        ("time,tip.p[1]\n-1,0\n1,0\n", r"path: time -1 s in row 1; give finite times that increase, from 0 s"),
         ("", "no rows"),
     ],
 )
@@ -279,5 +283,88 @@ def test_limits_that_contradict_each_other_are_named() -> None:
         PlanLimits(voltage=-1.0)
     with pytest.raises(tca.SceneError, match="raise the limits temperature and hottest"):
         plan("step", circle(5.0, 10.0, 8e-3), PlanLimits(temperature=280.0, hottest=280.0))
-    with pytest.raises(tca.SceneError, match="hot as the limit"):
+    with pytest.raises(
+        tca.SceneError, match=r"without power the TCAs get 25 degC, the limit of temperature is 16\.85 degC; raise it"
+    ):
         workspace("step", PlanLimits(temperature=290.0))
+
+
+def test_plans_of_too_many_knots_are_refused_and_the_remedy_is_taken() -> None:
+    """A short step over a long path would need more memory than there is."""
+    limit = 2000
+    for end, step in ((20.0, 1e-3), (20.0, 1e-320), (1e9, 0.5)):
+        with pytest.raises(tca.SceneError, match=r"knots of 3 TCAs until .* are too many; give") as refused:
+            plan("step", lambda scene, end=end: target_of(scene, [5.0, end], {"tip.p[1]": [0.0, 1e-3]}), distance=step)
+        advised = float(str(refused.value).split("give ")[1].split(" s")[0])
+        assert 0.95 * limit < 3 * end / advised <= limit
+
+
+def test_errors_of_several_units_are_weighed_and_told_one_by_one(tmp_path: Path) -> None:
+    """The tip of one section leans where it goes: both cannot be had, and neither is given up for the other."""
+    text = "time,tip.p[1] [mm],tip.euler[2]\n10,-2,0\n16,-2,0\n"
+    (tmp_path / "upright.csv").write_text(text, encoding="utf-8")
+    made = plan("step", lambda scene: read_target(scene, tmp_path / "upright.csv"))
+    np.testing.assert_allclose(made.target.scales, [2e-3, 0.2])
+    assert not made.reached
+    assert made.errors.keys() == {"m", "rad"}
+    assert made.errors["m"][1] < 1e-3
+    assert made.errors["rad"][1] < 0.09  # 2 mm to the side are 0.1 rad
+    output = (
+        CliRunner()
+        .invoke(tca.cli.app, ["plan", str(tmp_path / "upright.csv"), "--out", str(tmp_path), "--scene", "serial"])
+        .output
+    )
+    assert " mm rms" in output
+    assert " rad rms" in output
+    assert "out of reach" not in output
+
+
+def test_a_tip_is_held_at_the_centre_against_a_force() -> None:
+    """A path that is zero everywhere has no size of its own."""
+    force = {"rod.tip_force": [2e-3, 0.0, 0.0]}
+    centre = {"tip.p[1]": [0.0, 0.0], "tip.p[2]": [0.0, 0.0]}
+    assert float(tca.run("step", force | {"thermal.V": 0.0, "stop_time": 1.0})["rod.tip.p"][-1, 0]) > 1e-3
+    made = plan("step", lambda scene: target_of(scene, [10.0, 16.0], centre), overrides=force)
+    assert made.largest < 1e-5
+    assert made.reached
+
+
+def test_a_far_path_is_approached_up_to_the_limits() -> None:
+    """Metres away, the nearest point is still where limits act."""
+    made = plan("step", lambda scene: target_of(scene, [10.0, 16.0], {"tip.p[1]": [8.0, 8.0]}))
+    assert not made.reached
+    assert float(made.result["rod.tip.p"][-1, 0]) > 0.02
+    assert any("hottest point at 100 degC" in text for text in made.active)
+
+
+def test_large_voltages_are_bounded_by_the_temperatures_from_the_first_guess_on() -> None:
+    made = plan("step", circle(10.0, 10.0, 4e-3), PlanLimits(voltage=200.0))
+    assert made.reached
+    assert made.keeps_limits
+    with pytest.raises(
+        tca.SubsystemError, match=r"rod at rest at .* degC; lower the limits of voltage and temperature"
+    ):
+        workspace("step", PlanLimits(temperature=1e4, hottest=1e4), 3)
+
+
+def test_paths_of_what_heat_does_not_change_are_refused() -> None:
+    with pytest.raises(tca.SceneError, match=r"'tip\.v\[1\]': heat does not change it while the rod is at rest"):
+        plan("step", lambda scene: target_of(scene, [5.0, 9.0], {"tip.v[1]": [1e-3, 1e-3]}))
+
+
+def test_what_stops_a_plan_is_named(tmp_path: Path) -> None:
+    """Surroundings that warm up: a limit of temperature is passed; an oscillating load: no limit acts."""
+    (tmp_path / "hot.csv").write_text("t,T\n0,298\n10,298\n12,360\n30,360\n", encoding="utf-8")
+    (tmp_path / "way.csv").write_text("t,tip.p[1] [mm],tip.p[2] [mm]\n10,8,0\n20,0,8\n30,-8,0\n", encoding="utf-8")
+    arguments = ["plan", str(tmp_path / "way.csv"), "--out", str(tmp_path), "--temperature", "60", "--set"]
+    hot = CliRunner().invoke(
+        tca.cli.app, [*arguments, f"thermal.T_ambient={{table={{file='{tmp_path / 'hot.csv'}',column='T'}}}}"]
+    )
+    assert "the full models pass a limit of temperature" in hot.output
+    assert "their hottest point gets 60." in hot.output
+    (tmp_path / "still.csv").write_text("t,tip.p[1] [mm],tip.p[2] [mm]\n10,1,0\n16,1,0\n", encoding="utf-8")
+    pushed = "rod.tip_force[1]={sine={amplitude='2 mN',period=0.6}}"
+    shaken = CliRunner().invoke(
+        tca.cli.app, ["plan", str(tmp_path / "still.csv"), "--out", str(tmp_path), "--set", pushed]
+    )
+    assert "not followed, though no limit acts" in shaken.output, shaken.output

@@ -13,6 +13,10 @@ from .options import Folder, Overrides
 
 __all__ = ["command"]
 
+SLOW = (
+    "between two changes of the voltages loads, or vibrations, move the tip (give a smaller --step, or a slower path)"
+)
+
 
 def command(
     target: Annotated[
@@ -43,19 +47,26 @@ def command(
         made = plan(scene, lambda described: read_target(described, target), limits, distance, override)
         files = made.write(folder, target.stem)
         results.write(made.table, folder / f"{target.stem}.nc")
-        unit = made.target.units[0] if len(set(made.target.units)) == 1 else "units of the outputs"
-        size = 1e3 if unit == "m" else 1.0
-        shown = "mm" if unit == "m" else unit
-        out.print(
-            f"error of the path in the full models: {size * made.rms:.4g} {shown} rms, {size * made.largest:.4g} "
-            f"{shown} at most, from {made.target.times[0]:g} s on",
-            highlight=False,
-        )
+        for unit, (rms, largest) in made.errors.items():
+            size, shown = (1e3, " mm") if unit == "m" else (1.0, "" if unit == "1" else f" {unit}")
+            out.print(
+                f"error of the path in the full models: {size * rms:.4g}{shown} rms, {size * largest:.4g}"
+                f"{shown} at most, from {made.target.times[0]:g} s on",
+                highlight=False,
+            )
         if not made.reached:
             taken = ", ".join(f"{name} in {u}" for name, u in zip(made.target.outputs, made.target.units, strict=True))
+            why = "out of reach within the limits" if made.active else "not followed, though no limit acts: " + SLOW
             out.print(
-                f"note: the path is out of reach within the limits; its values are {taken}, unless the file has "
-                "another unit in brackets; tca-cosim workspace shows where the tip can be",
+                f"note: the path is {why}; its values are {taken}, unless the file has another unit in brackets; "
+                "tca-cosim workspace shows where the tip can be",
+                highlight=False,
+                soft_wrap=True,
+            )
+        if not made.keeps_limits:
+            out.print(
+                "note: the full models pass a limit of temperature, which the optimisation kept; their hottest point "
+                f"gets {made.hottest - 273.15:.4g} degC; lower --temperature by the excess",
                 highlight=False,
                 soft_wrap=True,
             )

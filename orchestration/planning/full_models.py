@@ -69,18 +69,20 @@ class FullModels:
         rows = np.searchsorted(table["time"].to_numpy(), times - 1e-9 * times[-1])
         return self._outputs(table)[rows], self._temperatures(table)[rows]
 
-    def error(self, table: ResultTable) -> tuple[np.ndarray, np.ndarray]:
-        """Return the times (n,) [s] of a result from the path's first on, and the distance from it then (n,)."""
+    def differences(self, table: ResultTable) -> tuple[np.ndarray, np.ndarray]:
+        """Return the times (n,) [s] of a result from the path's first on, and the differences from it then (n, p)."""
         when = table["time"].to_numpy()
         inside = when >= self._target.times[0] - 1e-9
-        values = self._outputs(table)[inside]
-        return when[inside], np.linalg.norm(values - self._target.at(when[inside]), axis=1)
+        return when[inside], self._outputs(table)[inside] - self._target.at(when[inside])
 
     def keeps_limits(self, table: ResultTable) -> bool:
         """Tell whether a run keeps the limits of temperature, but for EXCESS."""
         mean = float(self._temperatures(table).max())
-        hottest = max(float(table[f"{m.name}.{HOTTEST}"].to_numpy().max()) for m in self._sections)
-        return mean <= self._limits.temperature + EXCESS and hottest <= self._limits.hottest + EXCESS
+        return mean <= self._limits.temperature + EXCESS and self.hottest(table) <= self._limits.hottest + EXCESS
+
+    def hottest(self, table: ResultTable) -> float:
+        """Return the highest temperature of a run [K]."""
+        return max(float(table[f"{m.name}.{HOTTEST}"].to_numpy().max()) for m in self._sections)
 
     def active_limits(self, table: ResultTable, knots: np.ndarray, voltages: np.ndarray) -> list[str]:
         """Return the limits that act, with the spans of time in which they do; knots: (K + 1,) [s]."""

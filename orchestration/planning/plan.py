@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Plan", "plan"]
 
+MAX_UNKNOWNS = 2000  # voltages of a plan: the time grows with their cube, from half a minute at this number on
 MAX_ROUNDS = 4  # runs of the full models, each followed by a plan that takes their deviation along
 GAIN = 0.9  # least decrease of the error, as a ratio, for which another round is made
 NEGLIGIBLE = 1e-4  # deviation of the full models, as a share of the path's size, that needs no further plan
@@ -56,12 +57,14 @@ class Plan:
         Run of the scene with the full models.
     result : xarray.Dataset
         The same, made when it is first asked for.
-    error : ndarray, shape (n,)
-        Distance from the path, over the outputs, at the times of the result from the first of the path on.
-    rms, largest : float
-        Of the error, over time.
+    seconds : ndarray, shape (n,)
+        Times of the result from the first of the path on [s].
+    differences : ndarray, shape (n, p)
+        Outputs less the path, at these times.
     keeps_limits : bool
         Whether the run keeps the limits of temperature.
+    hottest : float
+        Highest temperature of the run [K].
     iterations : int
         Of the optimisation, all rounds together.
     rounds : int
@@ -77,19 +80,47 @@ class Plan:
     times: np.ndarray
     voltages: np.ndarray
     table: ResultTable
-    error: np.ndarray
-    rms: float
-    largest: float
+    seconds: np.ndarray
+    differences: np.ndarray
     keeps_limits: bool
+    hottest: float
     iterations: int
     rounds: int
     converged: bool
     active: tuple[str, ...]
 
     @property
+    def error(self) -> np.ndarray:
+        """Distance (n,) from the path, over the outputs; where these have several units, in scales of the path."""
+        several = len(self.target.columns) > 1
+        return np.linalg.norm(self.differences / (self.target.scales if several else 1.0), axis=1)
+
+    @property
+    def rms(self) -> float:
+        """Root mean square of the error over time."""
+        return self._rms(self.error)
+
+    @property
+    def largest(self) -> float:
+        """Largest error."""
+        return float(self.error.max())
+
+    @property
+    def errors(self) -> dict[str, tuple[float, float]]:
+        """Root mean square over time and largest distance from the path, over the outputs of each unit."""
+        distances = self.target.distances(self.differences)
+        return {unit: (self._rms(error), float(error.max())) for unit, error in distances.items()}
+
+    @property
     def reached(self) -> bool:
-        """Whether the path is followed but for a share of its size."""
-        return self.largest <= OUT_OF_REACH * self.target.size
+        """Whether the path is followed but for a share of its size, in each unit."""
+        sizes = self.target.sizes
+        return all(largest <= OUT_OF_REACH * sizes[unit] for unit, (_, largest) in self.errors.items())
+
+    def _rms(self, error: np.ndarray) -> float:
+        if len(error) == 1:
+            return float(error[0])
+        return float(np.sqrt(np.trapezoid(error**2, self.seconds) / np.ptp(self.seconds)))
 
     @cached_property
     def result(self) -> xr.Dataset:
@@ -166,13 +197,22 @@ def plan(
         )
     if described.start_time != 0.0:
         raise SceneError(f"{described.name} starts at {described.start_time:g} s, plans at 0 s; set start_time = 0")
-    count = max(1, round(wanted.times[-1] / distance))
+    tcas = sum(len(m.archive.vectors[VOLTAGE]) for m in Manipulator.of(described).sections)
+    knots = float(wanted.times[-1]) / distance
+    if knots * tcas > MAX_UNKNOWNS:
+        least = 1.01 * wanted.times[-1] * tcas / MAX_UNKNOWNS  # 1.01: it is shown with three digits
+        raise SceneError(
+            f"distance of the knots (--step) = {distance:g} s: {knots:.4g} knots of {tcas} TCAs until "
+            f"{wanted.times[-1]:g} s are too many; give {least:.3g} s or more, or a shorter path"
+        )
+    count = max(1, round(knots))
     distance = float(wanted.times[-1] / count)
     times = distance * np.arange(1, count + 1)
     weights = (times >= wanted.times[0] - 1e-9 * distance).astype(float)
     full, displacements = FullModels(described, wanted, limits), rod_of(described).archive.vectors[DISPLACEMENT]
     with HeatModel(described) as heat, StaticRod(described, (*wanted.outputs, *displacements)) as rod:
-        problem = PathProblem(heat, rod, limits, distance, wanted.at(times), weights, wanted.scale)
+        _require_warmth(heat, rod, wanted)
+        problem = PathProblem(heat, rod, limits, distance, wanted.at(times), weights, wanted.scales)
         best: Plan | None = None
         powers, iterations = None, 0
         for round_ in range(1, MAX_ROUNDS + 1):
@@ -180,7 +220,7 @@ def plan(
             powers, iterations = solution.powers, iterations + solution.iterations
             planned, table = full.run(times, solution.voltages)
             deviation = _take_along(problem, solution, full.at(table, times))
-            when, error = full.error(table)
+            seconds, differences = full.differences(table)
             made = Plan(
                 scene=planned,
                 target=wanted,
@@ -188,10 +228,10 @@ def plan(
                 times=np.insert(times, 0, 0.0),
                 voltages=solution.voltages,
                 table=table,
-                error=error,
-                rms=float(np.sqrt(np.trapezoid(error**2, when) / np.ptp(when))),
-                largest=float(error.max()),
+                seconds=seconds,
+                differences=differences,
                 keeps_limits=full.keeps_limits(table),
+                hottest=full.hottest(table),
                 iterations=iterations,
                 rounds=round_,
                 converged=solution.converged,
@@ -206,6 +246,17 @@ def plan(
         return replace(best, iterations=iterations)
 
 
+def _require_warmth(heat: HeatModel, rod: StaticRod, target: Target) -> None:
+    """Raise SceneError where heat does not change an output of the rod at rest, such as a speed."""
+    tangents = rod.linear((heat.T_start + 1.0 + 0.3 * np.arange(len(heat.T_start)))[None])[1][0]
+    for name, tangent in zip(target.outputs, tangents, strict=False):
+        if not tangent.any():
+            raise SceneError(
+                f"path of {name!r}: heat does not change it while the rod is at rest; plan positions, directions or "
+                "displacements, such as tip.p[1]"
+            )
+
+
 def _take_along(problem: PathProblem, solution: Solution, computed: tuple[np.ndarray, np.ndarray]) -> float:
     """Let the problem take along what the full models did otherwise; return how much that was, in sizes of the path.
 
@@ -215,7 +266,7 @@ def _take_along(problem: PathProblem, solution: Solution, computed: tuple[np.nda
     change = outputs - (solution.outputs + problem.correction)
     problem.correction += change
     problem.warming += temperatures - solution.temperatures
-    return float(np.abs(change[problem.weights > 0.0]).max() / problem.scale)
+    return float((np.abs(change[problem.weights > 0.0]) / problem.scale).max())
 
 
 def _rank(made: Plan) -> tuple[bool, float]:

@@ -87,7 +87,7 @@ class PathProblem:
         Wanted outputs at the ends of the intervals.
     weights : ndarray, shape (K,)
         0 where no path is asked for.
-    scale : float
+    scale : float or ndarray, shape (p,)
         Size of the path.
     correction : ndarray, shape (K, p)
         What the full models add to the outputs of the rod at rest.
@@ -101,7 +101,7 @@ class PathProblem:
     distance: float
     path: np.ndarray
     weights: np.ndarray
-    scale: float
+    scale: float | np.ndarray
     correction: np.ndarray = field(init=False)
     warming: np.ndarray = field(init=False)
 
@@ -204,9 +204,13 @@ class PathProblem:
         return Solution(P, np.sqrt(np.maximum(P * R, 0.0)), self.temperatures(P), outputs, cost, iterations, converged)
 
     def _first_guess(self) -> np.ndarray:
-        """Return powers (K, N) [W] of a small voltage, reached as fast as its rate may be."""
+        """Return powers (K, N) [W] of a small voltage, reached as fast as its rate may be; within the temperatures."""
         ramp = np.minimum(FIRST_SHARE, self.limits.voltage_rate * self.times / self.limits.voltage)
-        return np.asarray(ramp[:, None] ** 2 * self._largest)
+        guess = np.asarray(ramp[:, None] ** 2 * self._largest)
+        cold = self.temperatures(np.zeros(self.shape))
+        room, rise = self.limits.temperature - cold, self.temperatures(guess) - cold
+        kept = np.min(room[rise > 0.0] / rise[rise > 0.0], initial=1.0)
+        return guess * max(0.0, kept)
 
     def _slowed(self, voltages: np.ndarray) -> np.ndarray:
         """Return voltages (K, N) [V] whose changes keep the rate, where the linearised limit left an excess."""
@@ -254,7 +258,8 @@ class PathProblem:
         size = K * N
         largest = self._largest.ravel()
         Phi = self.Phi * largest
-        M = np.einsum("kpn,knm->kpm", tangents, Phi.reshape(K, N, size)).reshape(-1, size) / self.scale
+        tangents = tangents / np.broadcast_to(self.scale, tangents.shape[1:2])[:, None]
+        M = np.einsum("kpn,knm->kpm", tangents, Phi.reshape(K, N, size)).reshape(-1, size)
         w = np.repeat(self.weights, self.path.shape[1])
         error = ((outputs + self.correction - self.path) / self.scale).ravel()
         S = SMOOTHING * self._smoothing()

@@ -115,7 +115,14 @@ class StaticRod:
         if time is not None:
             self._set_loads(time)
         self._slave.set_inputs(self._inputs)
-        self._slave.step(self._clock, _STEP)
+        try:
+            self._slave.step(self._clock, _STEP)
+        except SubsystemError as error:
+            warm = ", ".join(f"{T - 273.15:.4g}" for T in temperatures)
+            raise SubsystemError(
+                f"{error}. This is the rod at rest at {warm} degC; lower the limits of voltage and temperature, or the "
+                "loads"
+            ) from error
         self._clock += _STEP
         self.equilibria += 1
         return self._slave.values()

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -21,6 +22,8 @@ from ..scene.columns import column_names, column_signal, repeated
 from .manipulator import rod_of
 
 __all__ = ["Target", "read_target", "target_of"]
+
+FARTHEST = 10.0  # nominals that a scale has at most: what is out of reach must not drown what can be gained
 
 
 @dataclass(frozen=True)
@@ -35,28 +38,57 @@ class Target:
         Names of the rod's outputs, p of them.
     units : tuple of str
     values : ndarray, shape (K, p)
+    nominals : tuple of float
+        Typical sizes of the outputs.
     """
 
     times: np.ndarray
     outputs: tuple[str, ...]
     units: tuple[str, ...]
     values: np.ndarray
+    nominals: tuple[float, ...]
 
     def at(self, times: np.ndarray) -> np.ndarray:
         """Return the path (k, p) at times (k,) [s]; before the first row its first point."""
         inside = np.clip(times, self.times[0], self.times[-1])
         return np.asarray(PchipInterpolator(self.times, self.values, axis=0)(inside))
 
-    @property
-    def size(self) -> float:
-        """Largest distance of the path from zero, over the outputs."""
-        return float(np.linalg.norm(self.values, axis=1).max())
+    @cached_property
+    def columns(self) -> dict[str, list[int]]:
+        """Outputs of each unit."""
+        return {unit: [k for k, u in enumerate(self.units) if u == unit] for unit in dict.fromkeys(self.units)}
+
+    def distances(self, differences: np.ndarray) -> dict[str, np.ndarray]:
+        """Return the distances (n,) from the path for differences (n, p), over the outputs of each unit."""
+        return {unit: np.linalg.norm(differences[:, k], axis=1) for unit, k in self.columns.items()}
 
     @property
-    def scale(self) -> float:
-        """Size of the path: half the largest range of an output, or its nominal where it stands still."""
-        ranges = np.ptp(self.values, axis=0)
-        return float(0.5 * ranges.max()) or float(np.abs(self.values).max()) or 1.0
+    def sizes(self) -> dict[str, float]:
+        """Largest distance of the path from zero, over the outputs of each unit, or their nominal where it is zero."""
+        sizes = self.distances(self.values)
+        return {unit: float(size.max()) or self._nominal(unit) for unit, size in sizes.items()}
+
+    @cached_property
+    def scales(self) -> np.ndarray:
+        """Sizes (p,) in which errors of the outputs are weighed against each other, the same for all of one unit.
+
+        With one unit half the largest range of an output, or its size where it stands still. With several, the same
+        multiple of each unit's nominal. A path that is far out of reach weighs no less for it: FARTHEST.
+        """
+        shares = [self._share(columns) / self._nominal(unit) for unit, columns in self.columns.items()]
+        share = min(max(shares) or 1.0, FARTHEST)
+        scales = np.empty(len(self.outputs))
+        for unit, columns in self.columns.items():
+            alone = self._share(columns) if len(self.columns) == 1 else 0.0
+            scales[columns] = alone if 0.0 < alone <= FARTHEST * self._nominal(unit) else share * self._nominal(unit)
+        return scales
+
+    def _share(self, columns: list[int]) -> float:
+        values = self.values[:, columns]
+        return float(0.5 * np.ptp(values, axis=0).max()) or float(np.abs(values).max())
+
+    def _nominal(self, unit: str) -> float:
+        return max(self.nominals[k] for k in self.columns[unit])
 
 
 def target_of(scene: Scene, times: Sequence[float], paths: Mapping[str, Sequence[float]]) -> Target:
@@ -67,18 +99,37 @@ def target_of(scene: Scene, times: Sequence[float], paths: Mapping[str, Sequence
     SceneError
         An output that the rod does not have, times that do not increase, or numbers that do not fit.
     """
-    when = np.asarray(times, dtype=float)
-    values = np.array([np.asarray(v, dtype=float) for v in paths.values()]).T
+    try:
+        when = np.asarray(times, dtype=float)
+        values = np.array([np.asarray(v, dtype=float) for v in paths.values()]).T
+    except (TypeError, ValueError) as error:
+        raise SceneError(f"path: {error}; give numbers, as many for each output as times") from error
     if when.ndim != 1 or when.size < 2 or values.shape != (when.size, len(paths)) or not len(paths):
-        raise SceneError("a path needs two times at least, and as many values of each output")
-    if not (np.isfinite(when).all() and np.isfinite(values).all() and (np.diff(when) > 0.0).all() and when[0] >= 0.0):
-        raise SceneError("times of a path must be finite and increase from 0 s or later, its values be finite")
+        raise SceneError("a path needs two times at least, and as many values of each output; give more rows")
+    _require_increasing(when)
+    for name, column in zip(paths, values.T, strict=True):
+        if not np.isfinite(column).all():
+            row = int(np.argmin(np.isfinite(column)))
+            raise SceneError(f"path of {name!r}: {column[row]:g} at t = {when[row]:g} s; give finite numbers")
     names = tuple(_output(scene, name) for name in paths)
     twice = repeated(names)
     if twice is not None:
         raise SceneError(f"a path of {twice!r} is given twice; keep one")
     variables = rod_of(scene).archive.variables
-    return Target(when, names, tuple(variables[name].unit for name in names), values)
+    units, nominals = ([getattr(variables[name], what) for name in names] for what in ("unit", "nominal"))
+    return Target(when, names, tuple(units), values, tuple(nominals))
+
+
+def _require_increasing(times: np.ndarray) -> None:
+    """Raise SceneError unless times are finite, at 0 s or later, and increase."""
+    before = np.concatenate([[-np.inf], times[:-1]])
+    wrong = ~np.isfinite(times) | (times < 0.0) | (times <= before)
+    if wrong.any():
+        row = int(np.argmax(wrong))
+        after = f" after {before[row]:g} s" if row and times[row] >= 0.0 else ""
+        raise SceneError(
+            f"path: time {times[row]:g} s in row {row + 1}{after}; give finite times that increase, from 0 s or later"
+        )
 
 
 def read_target(scene: Scene, path: Path) -> Target:
@@ -96,12 +147,12 @@ def read_target(scene: Scene, path: Path) -> Target:
             variable = variables[_output(scene, name)]
             signal = column_signal({"file": path.name, "column": name}, path.parent, variable)
             times, paths[name] = signal.times, signal.values  # type: ignore[attr-defined]
+        assert times is not None
+        return target_of(scene, times, paths)
     except ValueError as error:
         raise SceneError(f"{error}") from error
     except SceneError as error:
         raise SceneError(f"{path}: {error}") from error
-    assert times is not None
-    return target_of(scene, times, paths)
 
 
 def _output(scene: Scene, name: str) -> str:

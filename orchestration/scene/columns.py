@@ -203,10 +203,10 @@ def _read(path: Path, modified: int, time: str | None = None) -> tuple[list[str]
             rows.append([float(cell) for cell in row])
         except ValueError as error:
             raise ValueError(f"{path}: row {number}: {error}; give numbers with a point") from error
-        if len(row) != len(names) or not all(map(math.isfinite, rows[-1])):
-            raise ValueError(
-                f"{path}: row {number}: {len(row)} cells for {len(names)} names, or not finite; correct it"
-            )
+        if len(row) != len(names):
+            raise ValueError(f"{path}: row {number}: {len(row)} cells for {len(names)} names; give one for each")
+        if not all(map(math.isfinite, rows[-1])):
+            raise ValueError(f"{path}: row {number}: not finite; give finite numbers")
     return names, stated, list(zip(*rows, strict=True))
 
 

@@ -194,6 +194,10 @@ def _refuse_name(layer: Layer, member: str, key: str, raw: Any, archive: Archive
             if word in ("file", "column", "columns"):
                 problem = "give a file and its column: { file = 'volts.csv', column = 'V1', hold = 'linear' }"
                 layer.refuse(f"{member}.{key[:cut]}", {word: raw}, problem)
+            kind = word.partition(".")[0]
+            if kind in validation.SIGNALS:
+                problem = f"a part of a signal; set it as a whole: {member}.{key[:cut]}={{{kind}={{...}}}}"
+                layer.refuse(f"{member}.{key}", raw, problem)
             problem = f"{word!r} is not a signal; {similar(word, (*validation.SIGNALS, 'file'))}"
             layer.refuse(f"{member}.{key[:cut]}", {word: raw}, problem)
     base, bracket, _ = key.rpartition("[")
