@@ -90,7 +90,8 @@ StepOutcome CreepIntegrator::step(Rod& rod, const Inputs& u, double h, double to
   const Loads loads = loads_at(u, h);
   if (core::Status status = solve_equilibrium(rod, loads, state, scratch); !status.is_ok())
     return {h, std::move(status)};
-  scratch.newton.equilibrium_velocity(rod, loads, load_rates_at(u, h), scratch.x, [&](Vector& dr) {
+  scratch.r = state.q;
+  scratch.newton.equilibrium_velocity(rod, scratch.r, loads, load_rates_at(u, h), scratch.x, [&](Vector& dr) {
     const Workspace& work = scratch.newton.work;
     for (std::size_t i = 0; i < rod.tcas(); ++i) {
       if (!rod.law(i).creeps()) continue;

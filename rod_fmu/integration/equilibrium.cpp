@@ -7,6 +7,8 @@ namespace {
 
 constexpr double kEquilibriumTolerance = 1e-10;  // of the last Newton correction; the error behind it is its square
 constexpr double kMaxSharpening = 1e-6;          // of a strain coefficient [1], by Newton's method after a descent
+constexpr double kMaxPrediction = 0.3;           // change of a strain coefficient that a rate predicts for a step [1]
+constexpr double kMaxMiss = 0.1;                 // of such a prediction [1]; beyond, the start of the step is the guess
 constexpr int kMaxFailures = 12;                 // of steps while falling
 
 /// Dynamic relaxation from x towards an equilibrium: backward Euler from rest at every step, with lengths that grow
@@ -38,7 +40,7 @@ bool relax_dynamically(const Rod& rod, const Loads& loads, Scratch& scratch, Vec
 
 }  // namespace
 
-core::Status solve_equilibrium(const Rod& rod, const Loads& loads, State& state, Scratch& scratch) {
+core::Status solve_equilibrium(const Rod& rod, const Loads& loads, State& state, Scratch& scratch, double ahead) {
   scratch.stability.set_doubt(Stability::Doubt::none);
   Stage& stage = scratch.stage;
   const auto solve = [&] {
@@ -47,8 +49,22 @@ core::Status solve_equilibrium(const Rod& rod, const Loads& loads, State& state,
     stage.moving = false;
     return scratch.newton.solve_with_homotopy(rod, stage, loads, kEquilibriumTolerance, scratch.x).converged;
   };
-  scratch.x = state.q;
-  if (!solve()) {
+  const auto solve_from_prediction = [&] {
+    const double change = ahead * state.v.lpNorm<Eigen::Infinity>();
+    if (!(change > 0.0 && change <= kMaxPrediction)) return false;
+    scratch.r = state.q + ahead * state.v;
+    scratch.x = scratch.r;
+    stage.q.setZero(rod.unknowns());
+    stage.weights = {.q = 1.0};
+    stage.moving = false;
+    return scratch.newton.solve(rod, stage, loads, kEquilibriumTolerance, scratch.x).converged &&
+           (scratch.x - scratch.r).lpNorm<Eigen::Infinity>() <= kMaxMiss;
+  };
+  const auto solve_from_start = [&] {
+    scratch.x = state.q;
+    return solve();
+  };
+  if (!solve_from_prediction() && !solve_from_start()) {
     scratch.x = state.q;
     if (!relax_dynamically(rod, loads, scratch, scratch.x) || !solve())
       return core::Status::discard("no equilibrium found (Newton's method, homotopy and dynamic relaxation failed)",
@@ -56,7 +72,7 @@ core::Status solve_equilibrium(const Rod& rod, const Loads& loads, State& state,
   }
   const auto is_stable = [&] {
     return rod.is_admissible(scratch.x.data()) &&
-           scratch.stability.is_stable(rod, scratch.x, loads, scratch.newton.tangent());
+           scratch.stability.is_stable(rod, scratch.x, loads, scratch.newton);
   };
   if (!is_stable()) {
     const Vector unstable = scratch.x;
@@ -97,10 +113,11 @@ core::Status solve_acceleration(const Rod& rod, const Loads& loads, State& state
 
 StepOutcome step_static(const Rod& rod, const Inputs& u, double h, State& state, Scratch& scratch) {
   const Loads loads = loads_at(u, h);
-  core::Status status = solve_equilibrium(rod, loads, state, scratch);
+  core::Status status = solve_equilibrium(rod, loads, state, scratch, h);
   if (!status.is_ok()) return {0.0, std::move(status)};
   // The velocity of the moving equilibrium serves the rates of outputs; without inertia it has no other effect.
-  scratch.newton.equilibrium_velocity(rod, loads, load_rates_at(u, h), scratch.x);
+  scratch.r = state.q;
+  scratch.newton.equilibrium_velocity(rod, scratch.r, loads, load_rates_at(u, h), scratch.x);
   state.v = scratch.x;
   if (!state.v.allFinite()) state.v.setZero();  // singular along a neutral direction
   return {h, {}};

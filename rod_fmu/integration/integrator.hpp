@@ -98,8 +98,8 @@ struct Scratch {
 
 /// Puts the state at rest at a stable equilibrium of the loads, starting from its present shape: by Newton's method, by
 /// a homotopy in the loads, by dynamic relaxation; from an unstable one along the overdamped motion from the present
-/// shape. On failure the state is unchanged.
-core::Status solve_equilibrium(const Rod& rod, const Loads& loads, State& state, Scratch& scratch);
+/// shape. `ahead` [s] is the time for which the state's rates predict the solution. On failure the state is unchanged.
+core::Status solve_equilibrium(const Rod& rod, const Loads& loads, State& state, Scratch& scratch, double ahead = 0.0);
 
 /// Writes the acceleration that the loads give to (q, v). Fails where the mass matrix is singular or the state is not
 /// finite.

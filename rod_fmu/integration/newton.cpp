@@ -10,6 +10,13 @@ namespace {
 constexpr int kMaxIterations = 40;            // of one solve; convergence takes 3 to 6
 constexpr double kMaxCorrection = 1.0;        // of a strain coefficient [1]: about a radian, or a stretch of 100 %
 constexpr double kMinDamping = 1.0 / 1024.0;  // share of a correction below which backtracking gives up
+constexpr int kMaxChordSteps = 8;             // with one tangent
+constexpr double kMaxContraction = 0.05;      // of a chord step: slower ones cost more than a fresh tangent
+constexpr double kChordError = 1e-12;         // of the strains behind the last chord step, estimated [1]
+constexpr double kCloseTangent = 1e-9;        // [1]: a tangent this close to the solution is that of the solution
+constexpr int kMaxRefinements = 6;            // of a velocity with one tangent
+constexpr double kVelocityError = 1e-9;       // behind the last of them, relative; differences are good for 1e-10
+constexpr double kDifference = 1e-5;          // of strain coefficients [1], for central differences of the residual
 
 /// Squared norm of the residual, each equation divided by its own stiffness.
 double merit(const Rod& rod, const Vector& r) { return (r.array() / rod.stiffness().array()).square().sum(); }
@@ -58,12 +65,33 @@ NewtonResult Newton::iterate(const Rod& rod, const Stage& stage, const Loads& lo
       }
       if (damping < kMinDamping) return result;
     }
-    if (damping == 1.0 && result.correction <= tolerance) {
+    tangent_distance_ = damping * result.correction;
+    if (damping < 1.0) continue;
+    if (result.correction <= tolerance || (!stage.moving && take_chord_steps(rod, stage, loads, result, x))) {
       result.converged = true;
       return result;
     }
+    size = merit(rod, r_);
   }
   return result;
+}
+
+/// Corrects x with the tangent at hand while that contracts well. Returns whether x has converged; if not, r_ is the
+/// residual at x. Behind a correction c that is the share s of the one before, chord steps leave about 2 s c: the
+/// tangent was taken at the start of the first correction, which the Newton step halves to second order.
+bool Newton::take_chord_steps(const Rod& rod, const Stage& stage, const Loads& loads, NewtonResult& result, Vector& x) {
+  for (int step = 0; step < kMaxChordSteps; ++step) {
+    change_ = lu_.solve(r_);
+    const double correction = stage.weights.q * change_.lpNorm<Eigen::Infinity>();
+    const double contraction = correction / result.correction;
+    if (!(contraction <= kMaxContraction)) return false;
+    x -= change_;
+    result.correction = correction;
+    ++result.iterations;
+    if (2.0 * contraction * correction <= kChordError) return true;
+    residual(rod, stage, loads, x);
+  }
+  return false;
 }
 
 NewtonResult Newton::solve(const Rod& rod, const Stage& stage, const Loads& loads, double tolerance, Vector& x) {
@@ -110,10 +138,32 @@ NewtonResult Newton::solve_with_homotopy(const Rod& rod, const Stage& stage, con
   return result;
 }
 
-void Newton::equilibrium_velocity(const Rod& rod, const Loads& loads, const Loads& rates, Vector& v) {
-  rod.load_derivative(work, loads, rates, r_);
-  v = lu_.solve(r_);  // factored at the last iterate, which differs from the solution by less than the tolerance
+void Newton::equilibrium_velocity(const Rod& rod, const Vector& q, const Loads& loads, const Loads& rates, Vector& v) {
+  equilibrium_velocity(rod, q, loads, rates, v, [](Vector&) {});
+}
+
+/// Solves K v = -target_ at the equilibrium q with the tangent at hand; where that belongs to a point farther away, it is
+/// refined with K v from central differences.
+void Newton::solve_velocity(const Rod& rod, const Vector& q, const Loads& loads, Vector& v) {
+  v = lu_.solve(target_);
   v = -v;
+  double size = v.lpNorm<Eigen::Infinity>();
+  if (tangent_distance_ <= kCloseTangent) return;
+  double before = size;
+  for (int pass = 0; pass < kMaxRefinements && size > 0.0 && std::isfinite(size); ++pass) {
+    const double step = kDifference / size;
+    q_ = q + step * v;
+    rod.static_residual(q_.data(), loads, work, r_);
+    q_ = q - step * v;
+    rod.static_residual(q_.data(), loads, work, trial_);
+    r_ = target_ + (0.5 / step) * (r_ - trial_);
+    change_ = lu_.solve(r_);
+    v -= change_;
+    const double correction = change_.lpNorm<Eigen::Infinity>();
+    if (correction * correction <= kVelocityError * size * before) return;
+    before = correction;
+    size = v.lpNorm<Eigen::Infinity>();
+  }
 }
 
 }  // namespace rod

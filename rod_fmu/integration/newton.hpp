@@ -1,5 +1,6 @@
 // Newton's method for one stage: find x with r(q + wq x, v + wv x, a + wa x) = 0, damped by backtracking, with a
-// homotopy from a far start. Statics is the stage with wv = wa = 0 and no velocities.
+// homotopy from a far start. Statics is the stage with wv = wa = 0 and no velocities; there the last corrections share
+// one factorised tangent (chord steps), since a residual costs a sixth of a tangent.
 #pragma once
 
 #include <Eigen/LU>
@@ -27,7 +28,8 @@ class Newton {
   /// Makes room for that many unknowns.
   void reserve(int unknowns);
 
-  /// Solves from x (in and out). `tolerance` bounds the last correction of the strains. On failure x is unspecified.
+  /// Solves from x (in and out). `tolerance` bounds the last correction of the strains by a fresh tangent; chord steps
+  /// end at an estimated error of 1e-12. On failure x is unspecified.
   NewtonResult solve(const Rod& rod, const Stage& stage, const Loads& loads, double tolerance, Vector& x);
 
   /// As solve(); where Newton's method fails from x, follows r - (1 - s) r(x) = 0 from s = 0 to 1.
@@ -36,30 +38,35 @@ class Newton {
   /// One step, for a stage in which r is linear in x.
   NewtonResult solve_linear(const Rod& rod, const Stage& stage, const Loads& loads, Vector& x);
 
-  /// Writes the velocity v with which an equilibrium moves under changing loads, K v = -dr/dt. The last call must have
-  /// been a successful solve() or solve_with_homotopy() of statics.
-  void equilibrium_velocity(const Rod& rod, const Loads& loads, const Loads& rates, Vector& v);
+  /// Writes the velocity v with which the equilibrium q moves under changing loads, K v = -dr/dt. The last call must
+  /// have been a successful solve() or solve_with_homotopy() of statics that found q.
+  void equilibrium_velocity(const Rod& rod, const Vector& q, const Loads& loads, const Loads& rates, Vector& v);
   /// The same where add(r_t) adds to the rate of the residual at fixed strains.
   template <class Add>
-  void equilibrium_velocity(const Rod& rod, const Loads& loads, const Loads& rates, Vector& v, Add add) {
-    rod.load_derivative(work, loads, rates, r_);
-    add(r_);
-    v = lu_.solve(r_);
-    v = -v;
+  void equilibrium_velocity(const Rod& rod, const Vector& q, const Loads& loads, const Loads& rates, Vector& v,
+                            Add add) {
+    rod.load_derivative(work, loads, rates, target_);
+    add(target_);
+    solve_velocity(rod, q, loads, v);
   }
 
-  /// Tangent at the last iterate but one, which differs from a solution by less than the tolerance.
+  /// Tangent of the last iteration but chord steps.
   const Matrix& tangent() const { return J_; }
+  /// Distance from the point of tangent() to the solution: largest component [1].
+  double tangent_distance() const { return tangent_distance_; }
 
   Workspace work;  // of the last residual
 
  private:
   void residual(const Rod& rod, const Stage& stage, const Loads& loads, const Vector& x);
   NewtonResult iterate(const Rod& rod, const Stage& stage, const Loads& loads, double tolerance, Vector& x);
+  bool take_chord_steps(const Rod& rod, const Stage& stage, const Loads& loads, NewtonResult& result, Vector& x);
+  void solve_velocity(const Rod& rod, const Vector& q, const Loads& loads, Vector& v);
 
   Vector q_, v_, a_, r_, target_, trial_, change_, start_;
   Matrix J_;
   Eigen::PartialPivLU<Matrix> lu_;
+  double tangent_distance_ = 0.0;
 };
 
 }  // namespace rod

@@ -23,6 +23,8 @@ constexpr double kDeparture = 1e-3;   // of the strains when the motion leaves a
 constexpr int kMaxDepartures = 8;     // a rod passes few unstable equilibria on its way
 constexpr double kSymmetric = 1e-12;  // residual over stiffness along growing modes [1] that is rounding: no load
                                       // chooses a direction
+constexpr double kMarginPerDistance = 100.0;  // change of the tangent, over the stiffness, per change of a strain [1]
+constexpr double kMaxMargin = 0.3;            // over the stiffness [1]: beyond, the tangent is taken anew
 
 }  // namespace
 
@@ -30,12 +32,22 @@ bool has_moment(const Loads& loads) {
   return loads.tip_moment.x != 0.0 || loads.tip_moment.y != 0.0 || loads.tip_moment.z != 0.0;
 }
 
-bool Stability::is_stable(const Rod& rod, const Vector& q, const Loads& loads, const Matrix& K) {
-  K_ = K;
-  if (rod.closure() == Closure::exchanged) {
-    rod.static_residual(q.data(), loads, work_, r_);
-    rod.add_tca_stiffness(work_, loads, K_);
-  }
+/// Decides most cases by the tangent that Newton's method has left: that differs from the tangent at the solution by
+/// less than the margin, and tensions that follow the displacements only add stiffness.
+bool Stability::is_clearly_stable(const Rod& rod, const Loads& loads, const Newton& newton) {
+  const double margin = std::max(kMarginPerDistance * newton.tangent_distance(), kNeutral);
+  if (margin > kMaxMargin || !rod.has_stiff_tcas(newton.work, loads)) return false;
+  symmetric_ = 0.5 * (newton.tangent() + newton.tangent().transpose());
+  symmetric_.diagonal() -= margin * rod.stiffness();
+  cholesky_.compute(symmetric_);
+  return cholesky_.info() == Eigen::Success;
+}
+
+bool Stability::is_stable(const Rod& rod, const Vector& q, const Loads& loads, const Newton& newton) {
+  if (is_clearly_stable(rod, loads, newton)) return true;
+  rod.static_residual(q.data(), loads, work_, r_);
+  rod.tangent(work_, {.q = 1.0}, K_);
+  rod.add_tca_stiffness(work_, loads, K_);
   symmetric_ = 0.5 * (K_ + K_.transpose());
   cholesky_.compute(symmetric_);
   if (cholesky_.info() == Eigen::Success) return true;

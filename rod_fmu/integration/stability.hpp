@@ -8,6 +8,7 @@
 #include <Eigen/Cholesky>
 
 #include "core/status.hpp"
+#include "integration/newton.hpp"
 #include "mechanics/rod.hpp"
 
 namespace rod {
@@ -17,10 +18,10 @@ bool has_moment(const Loads& loads);
 
 class Stability {
  public:
-  /// Returns whether the equilibrium q [1] is stable; K is its tangent. A rod whose displacements are exchanged is
+  /// Returns whether the equilibrium q [1] that `newton` found is stable. A rod whose displacements are exchanged is
   /// judged with tensions that follow them, as in the closed loop that it is part of: under dead tensions alone it may
   /// buckle where the manipulator does not.
-  bool is_stable(const Rod& rod, const Vector& q, const Loads& loads, const Matrix& K);
+  bool is_stable(const Rod& rod, const Vector& q, const Loads& loads, const Newton& newton);
 
   /// Moves q [1] along the overdamped motion dq/dt = -K0^-1 r(q), K0 the stiffness of the body, until it rests at a
   /// stable equilibrium. Linearly implicit Euler steps that lower the potential, with lengths that grow as the motion
@@ -42,6 +43,7 @@ class Stability {
 
  private:
   bool factor(const Rod& rod, double damping);
+  bool is_clearly_stable(const Rod& rod, const Loads& loads, const Newton& newton);
 
   enum class Departure { none, chosen, ambiguous };
   /// Near an equilibrium that is unstable, writes the change of q [1] by the linear motion along the growing modes of

@@ -98,6 +98,12 @@ using TangentLoop = void (*)(const RodConstants&, const Kinematics&, const std::
 /// Writes the derivative of r in the direction (0, dv, da).
 using RateLoop = void (*)(const RodConstants&, const Kinematics&, const double* dv, const double* da, double* dr);
 
+/// Returns the largest error of the centreline and of the displacements [m] at an equilibrium with these tensions [N];
+/// stiffness[c] is that of a constant strain of component c [J]. See spatial_error.cpp.
+using SpatialErrorLoop = double (*)(const RodConstants&, const Kinematics&, const BodyLoads&,
+                                    const PerTca<double>& tension, const std::array<double, 6>& stiffness,
+                                    const double* q);
+
 // The same for one segment of a body, whose start moves. The start's motion is in w.base, what follows from it at the
 // end in w.tip.
 
@@ -166,5 +172,6 @@ struct TangentLoops {
 
 ResidualLoops residual_loops(const RodConstants& rod);
 TangentLoops tangent_loops(const RodConstants& rod);
+SpatialErrorLoop spatial_error_loop(const RodConstants& rod);
 
 }  // namespace rod

@@ -80,6 +80,13 @@ void Rod::add_tca_stiffness(const Workspace& work, const Loads& loads, Matrix& J
     J.noalias() += laws_[i].tension(work.delta[i], loads.T[i]).per_delta * work.b[i] * work.b[i].transpose();
 }
 
+bool Rod::has_stiff_tcas(const Workspace& work, const Loads& loads) const {
+  if (closure_ == Closure::inside) return true;  // the tangent has it all
+  for (std::size_t i = 0; i < tcas(); ++i)
+    if (!(laws_[i].tension(work.delta[i], loads.T[i]).per_delta >= 0.0)) return false;
+  return true;
+}
+
 void Rod::tca_outputs(const double* v, const Loads& loads, const Workspace& work, Outputs& y) const {
   const Eigen::Map<const Vector> rates(v, unknowns());
   y.energy_tca = 0.0;

@@ -95,6 +95,8 @@ class Rod {
   /// Adds to the static tangent J the stiffness of tensions that follow this rod's displacements where they do not in J
   /// (closure exchanged): J is then that of the closed loop.
   void add_tca_stiffness(const Workspace& work, const Loads& loads, Matrix& J) const;
+  /// Returns whether that stiffness is positive semidefinite: no tension falls as its TCA lengthens.
+  bool has_stiff_tcas(const Workspace& work, const Loads& loads) const;
 
   /// Returns whether the strains are finite, keep every section outside of its neighbours (stretch > 0), and have a
   /// curvature that the quadrature resolves.

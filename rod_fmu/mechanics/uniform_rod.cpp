@@ -57,6 +57,7 @@ UniformRod::UniformRod(const Parameters& p, const Section& section) : Rod(p), se
   }
   residual_loops_ = residual_loops(constants_);
   tangent_loops_ = tangent_loops(constants_);
+  spatial_error_loop_ = spatial_error_loop(constants_);
 }
 
 void UniformRod::residual(const double* q, const double* v, const double* a, const Loads& loads, Workspace& work,

@@ -46,6 +46,7 @@ class UniformRod final : public Rod {
   RodConstants constants_;
   ResidualLoops residual_loops_;
   TangentLoops tangent_loops_;
+  SpatialErrorLoop spatial_error_loop_ = nullptr;
   PerTca<double> reference_path_{};  // int |u_i| ds/L of the unstrained rod
   Vector damping_;
 };
