@@ -279,7 +279,7 @@ def _indices(columns: Columns) -> list[int]:
 
 
 def expanded(scene: Scene, name: str, causalities: Sequence[str]) -> list[str]:
-    """Return the Real variables that 'member.variable' stands for: itself, or the elements of a vector.
+    """Return the Real variables that 'member.variable' stands for: itself, and the elements of a vector behind it.
 
     Raises
     ------
@@ -291,11 +291,12 @@ def expanded(scene: Scene, name: str, causalities: Sequence[str]) -> list[str]:
         raise SceneError(f"{scene.name}: {name!r}: no such FMU; {similar(name, [m.name for m in scene.members])}")
     variable = name[len(member.name) + 1 :]
     archive = member.archive
-    elements = archive.vectors.get(variable, (variable,))
     shown: list[Variable] = recorded_variables(member) if "output" in causalities else []
     allowed = {
         v.name: v for v in (*archive.variables.values(), *shown) if v.causality in causalities and v.type == "Real"
     }
+    vector = archive.vectors.get(variable, ())
+    elements = (variable, *vector) if variable in allowed or not vector else vector
     if any(element not in allowed for element in elements):
         known = [*allowed, *(base for base, names in archive.vectors.items() if names[0] in allowed)]
         raise SceneError(f"{scene.name}: {name!r} is no Real {' or '.join(causalities)}; {similar(variable, known)}")
