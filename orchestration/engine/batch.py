@@ -171,10 +171,13 @@ def run_plan(
         texts,
         MAX_FAILURE,
     )
-    said = [
-        texts.raw[k * MAX_FAILURE : (k + 1) * MAX_FAILURE].split(b"\0")[0].decode("utf-8", "replace")
-        for k in range(runs)
-    ]
+    said = [_text(texts, k) for k in range(runs)]
     if failed < 0:
         raise SubsystemError(said[0] if said else "no instance can be made")
     return rows, tuple(said)
+
+
+def _text(texts: ctypes.Array[ctypes.c_char], run: int) -> str:
+    """Return the failure of one run. The buffer is not copied: most are empty."""
+    begin = ctypes.addressof(texts) + run * MAX_FAILURE
+    return ctypes.string_at(begin).decode("utf-8", "replace")
