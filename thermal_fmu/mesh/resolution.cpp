@@ -1,17 +1,16 @@
 #include "mesh/resolution.hpp"
 
-#include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <array>
 #include <cmath>
 
 #include "mesh/insulated.hpp"
+#include "mesh/symmetric_factor.hpp"
 
 namespace thermal {
 namespace {
 
 using Eigen::MatrixXd;
-using SparseMatrix = Eigen::SparseMatrix<double>;
 
 constexpr std::array<double, 3> kFrequencies{1e2, 1e4, 1e5};  // of dynamic responses, in units of the slowest rate
 
@@ -24,7 +23,8 @@ struct Units {
 
 Units units_of(const HeatMatrices& m) {
   Units units;
-  const Eigen::SimplicialLDLT<SparseMatrix> factor(m.stiffness);
+  SymmetricFactor factor(m.stiffness);
+  factor.factor();
   const Eigen::Index tcas = m.tcas();
   const MatrixXd steady = m.loads.transpose() * factor.solve(m.loads.leftCols(tcas));
   Eigen::Index hottest = 0;
@@ -41,9 +41,9 @@ Units units_of(const HeatMatrices& m) {
 /// The TCAs' part of loads' (stiffness + s mass)^-1 loads, (TCAs) x (TCAs, surroundings), in the reference rise.
 class Response {
  public:
-  Response(const HeatMatrices& matrices, const Units& units) : m_(matrices), units_(units), loads_(matrices.loads) {
+  Response(const HeatMatrices& matrices, const Units& units)
+      : m_(matrices), units_(units), loads_(matrices.loads), factor_(matrices.stiffness) {
     loads_.col(m_.tcas()) *= std::sqrt(units.rise / m_.surface_conductance);  // so that it counts like a TCA's
-    factor_.analyzePattern(m_.stiffness);
   }
 
   /// An insulated section's is not compared: 1/(h S) whatever the mesh.
@@ -60,16 +60,14 @@ class Response {
 
  private:
   MatrixXd at(double s) {
-    SparseMatrix shifted = m_.stiffness;
-    shifted.diagonal() += s * m_.mass;
-    factor_.factorize(shifted);
+    factor_.factor(s * m_.mass);
     return m_.loads.leftCols(m_.tcas()).transpose() * factor_.solve(loads_) / units_.rise;
   }
 
   const HeatMatrices& m_;
   const Units& units_;
   MatrixXd loads_;
-  Eigen::SimplicialLDLT<SparseMatrix> factor_;
+  SymmetricFactor factor_;
 };
 
 /// Changes of a response from order to order, taken for a geometric series.

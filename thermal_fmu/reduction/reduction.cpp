@@ -16,11 +16,11 @@
 //    all times by |rho_i| |rho_j| in L2, a closed form in the eigenvalues of L. It is quadratic in the residual and
 //    holds against the unreduced mesh, whatever the shifts were.
 #include <Eigen/Eigenvalues>
-#include <Eigen/SparseCholesky>
 #include <cmath>
 #include <vector>
 
 #include "mesh/insulated.hpp"
+#include "mesh/symmetric_factor.hpp"
 #include "reduction/graded_eigen.hpp"
 #include "reduction/modal_model.hpp"
 
@@ -35,25 +35,27 @@ using SparseMatrix = Eigen::SparseMatrix<double>;
 /// Orthonormal basis, grown by blocks; directions that add nothing beyond rounding are dropped.
 class Basis {
  public:
-  explicit Basis(Index rows) : columns_(rows, 0) {}
+  explicit Basis(Index rows) : memory_(rows, kFirstColumns) {}
 
   void add(const MatrixXd& block) {
     for (Index j = 0; j < block.cols(); ++j) {
       VectorXd v = block.col(j).normalized();
-      for (int pass = 0; pass < 2; ++pass) v -= columns_ * (columns_.transpose() * v);
+      for (int pass = 0; pass < 2; ++pass) v -= columns() * (columns().transpose() * v);
       const double rest = v.norm();
       if (rest < kDropped) continue;
       v /= rest;
-      v -= columns_ * (columns_.transpose() * v);
-      columns_.conservativeResize(Eigen::NoChange, columns_.cols() + 1);
-      columns_.rightCols(1) = v.normalized();
+      v -= columns() * (columns().transpose() * v);
+      if (count_ == memory_.cols()) memory_.conservativeResize(Eigen::NoChange, 2 * count_);
+      memory_.col(count_++) = v.normalized();
     }
   }
-  const MatrixXd& columns() const { return columns_; }
+  MatrixXd::ConstColsBlockXpr columns() const { return memory_.leftCols(count_); }
 
  private:
   static constexpr double kDropped = 1e-10;
-  MatrixXd columns_;
+  static constexpr Index kFirstColumns = 64;  // room for those of the first shifts
+  MatrixXd memory_;
+  Index count_ = 0;
 };
 
 /// A projected system in its eigenvectors, with the Gram matrix F' F of its residual.
@@ -137,18 +139,17 @@ double spread(int index) {
 class Krylov {
  public:
   explicit Krylov(const HeatMatrices& m)
-      : root_(m.mass.cwiseSqrt()), a_(m.stiffness), b_(root_.cwiseInverse().asDiagonal() * m.loads) {
-    a_ = (root_.cwiseInverse().asDiagonal() * m.stiffness * root_.cwiseInverse().asDiagonal()).eval();
-    factor_.analyzePattern(a_);
-  }
+      : root_(m.mass.cwiseSqrt()),
+        a_(root_.cwiseInverse().asDiagonal() * m.stiffness * root_.cwiseInverse().asDiagonal()),
+        b_(root_.cwiseInverse().asDiagonal() * m.loads),
+        factor_(a_) {}
 
   const SparseMatrix& a() const { return a_; }
   const MatrixXd& b() const { return b_; }
   const VectorXd& root() const { return root_; }
 
   MatrixXd solve(double shift) {
-    factor_.setShift(shift);
-    factor_.factorize(a_);
+    factor_.factor(shift);
     return factor_.solve(b_);
   }
 
@@ -156,7 +157,7 @@ class Krylov {
   VectorXd root_;
   SparseMatrix a_;
   MatrixXd b_;
-  Eigen::SimplicialLDLT<SparseMatrix> factor_;
+  SymmetricFactor factor_;
 };
 
 /// Steady responses A^-1 B and the scales that follow from them.

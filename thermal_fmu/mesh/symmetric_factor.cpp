@@ -1,0 +1,98 @@
+#include "mesh/symmetric_factor.hpp"
+
+#include <Eigen/OrderingMethods>
+#include <algorithm>
+#include <atomic>
+#include <deque>
+
+#include "core/spin_lock.hpp"
+
+namespace thermal {
+namespace {
+
+using Eigen::Index;
+using SparseMatrix = SymmetricFactor::SparseMatrix;
+
+constexpr std::size_t kMaxOrders = 16;  // kept, of about 100 kB each: the orders of a few sections
+
+std::atomic_flag is_taken;
+
+std::deque<std::shared_ptr<const EliminationOrder>>& kept() {
+  static std::deque<std::shared_ptr<const EliminationOrder>> orders;
+  return orders;
+}
+
+bool fits(const EliminationOrder& order, const SparseMatrix& matrix) {
+  return order.columns.size() == static_cast<std::size_t>(matrix.outerSize() + 1) &&
+         order.rows.size() == static_cast<std::size_t>(matrix.nonZeros()) &&
+         std::equal(order.columns.begin(), order.columns.end(), matrix.outerIndexPtr()) &&
+         std::equal(order.rows.begin(), order.rows.end(), matrix.innerIndexPtr());
+}
+
+/// Approximate minimum degree.
+std::shared_ptr<const EliminationOrder> find_order(const SparseMatrix& matrix) {
+  auto order = std::make_shared<EliminationOrder>();
+  order->columns.assign(matrix.outerIndexPtr(), matrix.outerIndexPtr() + matrix.outerSize() + 1);
+  order->rows.assign(matrix.innerIndexPtr(), matrix.innerIndexPtr() + matrix.nonZeros());
+  Eigen::PermutationMatrix<Eigen::Dynamic> from;
+  Eigen::AMDOrdering<int>()(matrix.selfadjointView<Eigen::Lower>(), from);
+  order->to = from.inverse();
+  SparseMatrix numbered = matrix;  // whose values are the numbers of its entries
+  for (Index k = 0; k < numbered.nonZeros(); ++k) numbered.valuePtr()[k] = static_cast<double>(k);
+  order->upper.resize(matrix.rows(), matrix.cols());
+  order->upper.selfadjointView<Eigen::Upper>() = numbered.selfadjointView<Eigen::Lower>().twistedBy(order->to);
+  order->upper.makeCompressed();
+  order->source.resize(static_cast<std::size_t>(order->upper.nonZeros()));
+  for (std::size_t k = 0; k < order->source.size(); ++k)
+    order->source[k] = static_cast<Index>(order->upper.valuePtr()[k]);
+  order->diagonal.resize(static_cast<std::size_t>(matrix.rows()));
+  std::vector<Index> of_column(order->diagonal.size());
+  for (Index column = 0; column < order->upper.outerSize(); ++column)
+    for (Index k = order->upper.outerIndexPtr()[column]; k < order->upper.outerIndexPtr()[column + 1]; ++k)
+      if (order->upper.innerIndexPtr()[k] == column) of_column[static_cast<std::size_t>(column)] = k;
+  for (std::size_t row = 0; row < of_column.size(); ++row)
+    order->diagonal[row] = of_column[static_cast<std::size_t>(order->to.indices()[static_cast<Index>(row)])];
+  return order;
+}
+
+std::shared_ptr<const EliminationOrder> order_of(const SparseMatrix& matrix) {
+  {
+    const core::SpinLock lock(is_taken);
+    for (const auto& each : kept())
+      if (fits(*each, matrix)) return each;
+  }
+  auto order = find_order(matrix);
+  const core::SpinLock lock(is_taken);
+  kept().push_back(order);
+  if (kept().size() > kMaxOrders) kept().pop_front();
+  return order;
+}
+
+}  // namespace
+
+SymmetricFactor::SymmetricFactor(const SparseMatrix& matrix) : order_(order_of(matrix)), upper_(order_->upper) {
+  for (std::size_t k = 0; k < order_->source.size(); ++k) upper_.valuePtr()[k] = matrix.valuePtr()[order_->source[k]];
+  diagonal_.reserve(order_->diagonal.size());
+  for (const Index entry : order_->diagonal) diagonal_.push_back(upper_.valuePtr()[entry]);
+  ldlt_.analyzePattern(upper_);
+}
+
+void SymmetricFactor::factor(const Eigen::VectorXd& added) {
+  for (std::size_t row = 0; row < diagonal_.size(); ++row)
+    upper_.valuePtr()[order_->diagonal[row]] = diagonal_[row] + added[static_cast<Index>(row)];
+  ldlt_.factorize(upper_);
+}
+
+void SymmetricFactor::factor(double shift) {
+  for (std::size_t row = 0; row < diagonal_.size(); ++row)
+    upper_.valuePtr()[order_->diagonal[row]] = diagonal_[row] + shift;
+  ldlt_.factorize(upper_);
+}
+
+Eigen::MatrixXd SymmetricFactor::solve(const Eigen::MatrixXd& right) const {
+  Eigen::MatrixXd turned = order_->to * right;
+  turned = ldlt_.solve(turned).eval();
+  return order_->to.inverse() * turned;
+}
+
+}  // namespace thermal
