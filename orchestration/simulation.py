@@ -18,8 +18,9 @@ from .cosim.master import Master, StepLog
 from .cosim.settings import Coupling
 from .cosim.statistics import summarize
 from .cosim.step_control import Control, Doubling, Embedded, Fixed
+from .cosim.step_logs import StepLogs
 from .cosim.subsystem import Recorder
-from .cosim.time_loop import drive
+from .cosim.time_loop import drive_parts
 from .cosim.topology import Connection
 from .errors import CosimError, FmuWarning, Interrupted, SceneError, SubsystemError
 from .fmi.archive import Variable
@@ -67,9 +68,16 @@ class OpenSimulation:
         self, progress: Callable[[float], None] = lambda time: None, marks: Iterable[float] = ()
     ) -> Iterator[StepLog]:
         """Run to the stop time and yield the log of every macro step. marks: times [s] at which steps end."""
+        for part in self.parts(progress, marks):
+            yield from part
+
+    def parts(
+        self, progress: Callable[[float], None] = lambda time: None, marks: Iterable[float] = ()
+    ) -> Iterator[Sequence[StepLog]]:
+        """Do the same and yield the logs of one step or more at once."""
         breaks = [t for m in self.scene.members for signal in m.signals.values() for t in signal.breaks]
         span = (self.scene.start_time, self.scene.stop_time)
-        return drive(self.master, control_of(self.scene.coupling), *span, breaks, progress, marks, self.blocks)
+        return drive_parts(self.master, control_of(self.scene.coupling), *span, breaks, progress, marks, self.blocks)
 
     def collect(self, first: Any, logs: Sequence[StepLog], status: str) -> ResultTable:
         """Return the result of the steps taken.
@@ -183,15 +191,15 @@ def _warn(result: ResultTable) -> None:
 
 def run_to_end(ready: OpenSimulation, progress: Callable[[float], None] = lambda time: None) -> ResultTable:
     """Run what is loaded already, once, as run() does."""
-    first, logs = ready.master.observe(), []
+    first, logs = ready.master.observe(), StepLogs()
     try:
-        for log in ready.steps(progress):
-            logs.append(log)
+        for part in ready.parts(progress):
+            logs.add(part)
     except CosimError as error:
         error.partial = ready.collect(first, logs, f"partial: {error}")
         raise
     except KeyboardInterrupt as error:
-        reached = logs[-1].time if logs else 0.0
+        reached = logs[-1].time if len(logs) else 0.0
         stopped = Interrupted(f"stopped by the user at t = {reached:.6g} s of {ready.scene.stop_time:g} s")
         stopped.partial = ready.collect(first, logs, f"partial: {stopped}")
         raise stopped from error

@@ -11,7 +11,11 @@ import math
 from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
-__all__ = ["Segment", "segments"]
+import numpy as np
+
+__all__ = ["Segment", "Segments", "segment_blocks", "segments"]
+
+BLOCK = 4096  # most segments of one block: bounds the memory of what is ahead
 
 TIME_RTOL = 1e-9  # share of a step below which two times are the same
 TIME_EPS = 4.0 * 2.0**-52  # share of a time below which two times are the same: what rounding of k h may amount to
@@ -35,10 +39,41 @@ class Segment(NamedTuple):
     event: bool
 
 
+class Segments(NamedTuple):
+    """Segments that follow each other without an event between them.
+
+    Attributes
+    ----------
+    lengths, ends : ndarray, shape (n,)
+        As those of Segment [s].
+    event : bool
+        Whether inputs jump at the end of the last one.
+    """
+
+    lengths: np.ndarray
+    ends: np.ndarray
+    event: bool
+
+    def segment(self, k: int) -> Segment:
+        """Return one of them."""
+        last = k == len(self.ends) - 1
+        return Segment(float(self.lengths[k]), float(self.ends[k]), self.event and last)
+
+
 def segments(
     start: float, stop: float, step: float | None, events: Iterable[float], marks: Iterable[float] = ()
 ) -> Iterator[Segment]:
-    """Yield the segments from `start` to `stop` [s].
+    """Yield the segments of segment_blocks() one by one."""
+    for block in segment_blocks(start, stop, step, events, marks):
+        last = len(block.ends) - 1
+        for k, (length, end) in enumerate(zip(block.lengths.tolist(), block.ends.tolist(), strict=True)):
+            yield Segment(length, end, block.event and k == last)
+
+
+def segment_blocks(
+    start: float, stop: float, step: float | None, events: Iterable[float], marks: Iterable[float] = ()
+) -> Iterator[Segments]:
+    """Yield the segments from `start` to `stop` [s], in blocks.
 
     Parameters
     ----------
@@ -53,7 +88,7 @@ def segments(
     origin, number, time = start, 0, start
     for target, event in _targets(start, stop, step, events, marks):
         if step is None:
-            yield Segment(_within(time, target - time, stop), target, event)
+            yield _single(time, target, stop, event)
             time = target
             continue
         count = round((target - origin) / step)
@@ -61,14 +96,24 @@ def segments(
         if not on_grid and origin + count * step > target:
             count -= 1
         while number < count:
-            number += 1
-            last = on_grid and number == count
-            end = stop if last and target == stop else origin + number * step
-            yield Segment(_within(time, step, stop), end, event and last)
-            time = end
+            size = min(count - number, BLOCK)
+            last = on_grid and number + size == count
+            ends = origin + np.arange(number + 1, number + size + 1) * step
+            if last and target == stop:
+                ends[-1] = stop
+            begins = np.concatenate([[time], ends[:-1]])
+            lengths = np.full(size, step)
+            for k in np.flatnonzero(begins + step > stop).tolist():
+                lengths[k] = _within(float(begins[k]), step, stop)
+            yield Segments(lengths, ends, event and last)
+            number, time = number + size, float(ends[-1])
         if not on_grid:
-            yield Segment(_within(time, target - time, stop), target, event)
+            yield _single(time, target, stop, event)
             origin, number, time = target, 0, target
+
+
+def _single(time: float, target: float, stop: float, event: bool) -> Segments:
+    return Segments(np.array([_within(time, target - time, stop)]), np.array([target]), event)
 
 
 def _targets(

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from .master import Master, StepLog
+from .step_logs import StepLogs
 
 __all__ = ["summarize"]
 
@@ -27,8 +28,8 @@ def summarize(master: Master, logs: Sequence[StepLog]) -> dict[str, Any]:
         subsystems), sweeps (in accepted steps, loops only), sweeps_per_step and most_sweeps, smallest_step_s and
         largest_step_s, seconds: wall time in every subsystem, in recording and in the master itself.
     """
-    sweeps = [log.sweeps for log in logs]
-    lengths = [log.step for log in logs]
+    steps = StepLogs.of(logs)
+    sweeps, lengths = steps.column("sweeps").astype(int).tolist(), steps.column("step").tolist()
     own = {node.subsystem.name: node.seconds for node in master.nodes}
     rest = max(0.0, master.seconds - sum(own.values()) - master.recording_seconds)
     return {

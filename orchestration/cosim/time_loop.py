@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from itertools import islice
 from typing import Protocol
 
-from .communication_points import TIME_RTOL, Segment, segments
+import numpy as np
+
+from .communication_points import TIME_RTOL, Segment, Segments, segment_blocks
 from .master import Master, StepLog
 from .node import MacroStep
 from .step_control import Control
 from .step_error import StepError, give_up
 
-__all__ = ["BlockStepper", "drive"]
+__all__ = ["BlockStepper", "drive", "drive_parts"]
 
 RETRY_RATIO = 0.9  # largest ratio of a retried step to the failed one; closer to 1 it would fail again, without end
 
@@ -26,8 +26,11 @@ class BlockStepper(Protocol):
     def size(self) -> int:
         """Number of steps to ask for now; 0 where the master has to take the next one."""
 
-    def take(self, steps: Sequence[MacroStep]) -> list[StepLog]:
-        """Take steps from the first on, as many as succeed at once; the master is as if it had taken them."""
+    def take(self, times: np.ndarray, lengths: np.ndarray, ends: np.ndarray) -> Sequence[StepLog]:
+        """Take steps from the first on, as many as succeed at once; the master is as if it had taken them.
+
+        times, lengths, ends: of the steps (n,) [s], without an event between them.
+        """
 
 
 def drive(
@@ -40,7 +43,22 @@ def drive(
     marks: Iterable[float] = (),
     blocks: BlockStepper | None = None,
 ) -> Iterator[StepLog]:
-    """Yield the log of every accepted macro step; what was yielded stays valid after an error.
+    """Yield the log of every accepted macro step, as drive_parts() does."""
+    for part in drive_parts(master, control, start, stop, breaks, progress, marks, blocks):
+        yield from part
+
+
+def drive_parts(
+    master: Master,
+    control: Control,
+    start: float,
+    stop: float,
+    breaks: Iterable[float] = (),
+    progress: Callable[[float], None] = lambda time: None,
+    marks: Iterable[float] = (),
+    blocks: BlockStepper | None = None,
+) -> Iterator[Sequence[StepLog]]:
+    """Yield the logs of accepted macro steps, of one or more at once; what was yielded stays valid after an error.
 
     Parameters
     ----------
@@ -53,7 +71,7 @@ def drive(
     breaks : iterable of float
         Times [s] at which an input or its slope jumps.
     progress : callable
-        Receives the time [s] after every step.
+        Receives the time [s] after every step, or the last one of several that were taken at once.
     marks : iterable of float
         Times [s] at which steps end, without an event.
     blocks : BlockStepper or None
@@ -67,18 +85,16 @@ def drive(
     time, wish, cap = start, control.step, math.inf
     termination: float | None = None  # when an FMU that refused a step wants to end [s]
     least = control.step * 0.5**master.settings.halvings
-    ahead = _Lookahead(segments(start, stop, control.step if control.equidistant else None, breaks, marks))
+    ahead = _Lookahead(segment_blocks(start, stop, control.step if control.equidistant else None, breaks, marks))
     for segment in ahead:
         if blocks is not None and min(wish, cap) >= control.step and (size := blocks.size):
-            coming = ahead.until_event(segment, size)
-            logs = blocks.take(_steps(time, coming))
-            for log in logs:
-                yield log
-                time = log.time
+            lengths, ends = ahead.from_present(size)
+            logs = blocks.take(np.concatenate([[time], ends[:-1]]), lengths, ends)
+            if len(logs):
+                yield logs
+                segment = ahead.skip(len(logs) - 1)
+                time = segment.end
                 progress(time)
-            ahead.put_back(coming[max(len(logs), 1) :])
-            if logs:
-                segment = coming[len(logs) - 1]
         remaining = segment.length
         while time < segment.end:
             parts = max(1, math.ceil(remaining / min(wish, cap) - TIME_RTOL))
@@ -95,7 +111,7 @@ def drive(
                     if termination - time > TIME_RTOL * step.length:
                         continue
                 if failure.log is not None:
-                    yield failure.log
+                    yield [failure.log]
                 if failure.termination or termination is not None:
                     master.ended = failure.cause
                     return
@@ -105,7 +121,7 @@ def drive(
                 continue
             wish = result.next_length
             if result.steps:
-                yield from result.steps
+                yield result.steps
                 cap *= 2.0
                 time = step.end
                 termination = None
@@ -121,38 +137,31 @@ def drive(
 
 
 class _Lookahead:
-    """Segments, of which the next ones can be seen before it is their turn."""
+    """Segments one by one, of which the present one and those behind it can be seen at once."""
 
-    def __init__(self, source: Iterator[Segment]) -> None:
-        self._source, self._seen = source, deque[Segment]()
+    def __init__(self, source: Iterator[Segments]) -> None:
+        self._source = source
+        self._block = Segments(np.zeros(0), np.zeros(0), False)
+        self._present = -1  # number of the present segment in its block
 
     def __iter__(self) -> _Lookahead:
         return self
 
     def __next__(self) -> Segment:
-        return self._seen.popleft() if self._seen else next(self._source)
+        self._present += 1
+        while self._present >= len(self._block.ends):
+            self._block, self._present = next(self._source), 0
+        return self._block.segment(self._present)
 
-    def until_event(self, first: Segment, size: int) -> list[Segment]:
-        """Take segments from `first` on, at most `size`, of which none but the last ends with an event."""
-        taken = [first]
-        for segment in islice(self, size - 1 if not first.event else 0):
-            taken.append(segment)
-            if segment.event:
-                break
-        return taken
+    def from_present(self, size: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return lengths and ends [s] of the present segment and those behind it, at most `size` without an event."""
+        chosen = slice(self._present, self._present + size)
+        return self._block.lengths[chosen], self._block.ends[chosen]
 
-    def put_back(self, segments: Sequence[Segment]) -> None:
-        """Let segments that were taken come again."""
-        self._seen.extendleft(reversed(segments))
-
-
-def _steps(time: float, coming: Iterable[Segment]) -> list[MacroStep]:
-    """Return one macro step for each segment, the first of which begins at `time` [s]."""
-    steps = []
-    for segment in coming:
-        steps.append(MacroStep(time, segment.length, segment.end))
-        time = segment.end
-    return steps
+    def skip(self, count: int) -> Segment:
+        """Make a later one of those the present segment, and return it."""
+        self._present += count
+        return self._block.segment(self._present)
 
 
 def _shorter(step: MacroStep, reached: float | None, least: float) -> float:

@@ -14,7 +14,7 @@ import numpy as np
 
 from ..cosim.acceleration.quasi_newton import QuasiNewton
 from ..cosim.master import Master, StepLog
-from ..cosim.node import MacroStep
+from ..cosim.step_logs import StepBlock
 from ..cosim.subsystem import Recorder
 from ..errors import SubsystemError
 from . import block_interface as c
@@ -77,9 +77,9 @@ class BlockSteps:
             return 0
         return self._size if all(node.is_ready() for node in self._nodes) else 0
 
-    def take(self, steps: Sequence[MacroStep]) -> list[StepLog]:
+    def take(self, times: np.ndarray, lengths: np.ndarray, ends: np.ndarray) -> Sequence[StepLog]:
         """Take steps from the first on, as many as succeed; the master is as if it had taken them."""
-        master, count, time = self._master, len(steps), steps[0].time
+        master, count, time = self._master, len(times), float(times[0])
         if any(each.node.samples[-1].time != time for each in self._nodes):
             return []
         for each in self._nodes:
@@ -87,10 +87,10 @@ class BlockSteps:
         for component in self._components:
             component.load(master)
         n = self._last_loop.size if self._last_loop else 0
-        times, lengths, ends = (np.array(column) for column in zip(*steps, strict=True))
         records, logs = np.zeros((count, self._width)), np.zeros((count, 3))
         combined, kept = np.zeros((count, n, 2 * n)), np.zeros(count, dtype=np.uintp)
-        signals = self._signals(steps)
+        signals = self._signals(times, lengths)
+        lengths, ends = np.ascontiguousarray(lengths), np.ascontiguousarray(ends)
         call = c.Steps(count, *(address(array) for array in (times, lengths, ends, signals)), limit=LIMIT)
         call.records, call.logs, call.combined, call.kept = (address(a) for a in (records, logs, combined, kept))
         done = self._call(call)
@@ -105,13 +105,10 @@ class BlockSteps:
         master.seconds += call.seconds
         master.recording_seconds += call.recording_seconds
         self._plan_next(count, done, failed, call.seconds)
+        columns = {"time": ends[:done], "step": lengths[:done], "sweeps": logs[:done, 0].astype(int)}
+        columns |= {"residual": logs[:done, 1], "error": logs[:done, 2]}
         inverses = self._inverses(combined[:done], kept[:done])
-        return [
-            StepLog(step.end, step.length, int(sweeps), residual, error, inverse, self._record(row))
-            for step, (sweeps, residual, error), inverse, row in zip(
-                steps, logs.tolist(), inverses, records, strict=False
-            )
-        ]
+        return StepBlock(columns, inverses, records[:done], self._columns, self._frozen, self._names)
 
     def _call(self, call: c.Steps) -> int:
         """Take the steps; return how many were taken, -1 where a state could not be restored."""
@@ -135,13 +132,16 @@ class BlockSteps:
             component.structure = structure
         return done
 
-    def _signals(self, steps: Sequence[MacroStep]) -> np.ndarray:
+    def _signals(self, times: np.ndarray, lengths: np.ndarray) -> np.ndarray:
         """Return the polynomials (steps, 4, n) of the inputs that signals change."""
-        signals = np.zeros((len(steps), 4, self._varying))
+        signals = np.zeros((len(times), 4, self._varying))
         column = 0
+        steps = list(zip(times.tolist(), lengths.tolist(), strict=True))
         for each in self._nodes:
             for driven in each.node.varying:
-                signals[:, :, column] = [each.node.driven_polynomial(driven, time, length) for time, length, _ in steps]
+                # Constant between events, and none lies between the steps of a block.
+                chosen = steps[:1] if driven.signal.degree == 0 else steps
+                signals[:, :, column] = [each.node.driven_polynomial(driven, time, length) for time, length in chosen]
                 column += 1
         return signals
 
@@ -155,14 +155,11 @@ class BlockSteps:
             if done == asked and seconds < 0.5 * LIMIT:
                 self._size = min(2 * self._size, MAX_SIZE)
 
-    def _inverses(self, combined: np.ndarray, kept: np.ndarray) -> Sequence[np.ndarray | None]:
+    def _inverses(self, combined: np.ndarray, kept: np.ndarray) -> np.ndarray | list[np.ndarray | None]:
         """Return what the logs tell of the last loop, from its secants (steps, n, 2n) after each step."""
         if self._last_loop is None:
             return [None] * len(combined)
         inverse_of = self._master.history(self._last_loop.component).secants.inverse_of
         if (kept == self._last_loop.size).all():
-            return list(inverse_of(combined))
+            return np.asarray(inverse_of(combined))
         return [inverse_of(matrix[:count]) if count else None for matrix, count in zip(combined, kept, strict=True)]
-
-    def _record(self, row: np.ndarray) -> dict[str, np.ndarray]:
-        return {name: self._frozen[name] if name in self._frozen else row[self._columns[name]] for name in self._names}

@@ -18,11 +18,13 @@ import numpy as np
 
 from ..cosim.acceleration import spectral_radius
 from ..cosim.master import StepLog
+from ..cosim.step_logs import StepLogs
 from ..fmi.archive import Variable
 from ..fmi.log import Warned
 from ..fmi.values import text_of
 from ..fmi.vectors import find_vectors
 from ..scene import Member, Scene
+from .identity import Identity
 from .software import versions
 from .table import LabelledArray, ResultLike, ResultTable
 
@@ -64,14 +66,15 @@ def collect(
     warnings
         What the FMUs warned of; kept as the attribute `warnings` (JSON), with the values that are not finite.
     """
-    times = np.array([scene.start_time, *(log.time for log in logs)])
+    steps = StepLogs.of(logs)
+    times = np.concatenate([[scene.start_time], steps.column("time")])
     warned = list(warnings)
     content: dict[str, LabelledArray] = {}
     for name, variables in recorded.items():
-        rows = np.array([first[name], *(log.record[name] for log in logs)])
+        rows = steps.record(name, first[name])
         content |= arrays(name, variables, rows)
         warned += _not_finite(name, variables, times, rows)
-    for key, column in _log_columns(logs).items():
+    for key, column in _log_columns(steps).items():
         unit, text = _LOG[key]
         content[f"coupling.{key}"] = LabelledArray(("time",), column, {"units": unit, "long_name": text})
     coordinates = {"time": LabelledArray(("time",), times, {"units": "s", "long_name": "time"})}
@@ -96,7 +99,7 @@ def arrays(member: str, variables: Sequence[Variable], rows: np.ndarray) -> dict
         Numbers as an FMU's record() gives them.
     """
     content: dict[str, LabelledArray] = {}
-    for array in _layout(member, tuple(map(_Declared, variables))):
+    for array in _layout(member, tuple(map(Identity, variables))):
         values = rows[:, array.columns].reshape(len(rows), *array.shape)
         content[array.name] = LabelledArray(array.dims, _typed(values, array.variable), dict(array.attributes))
     return content
@@ -114,25 +117,10 @@ class _ArrayLayout:
     attributes: Mapping[str, Any]
 
 
-class _Declared:
-    """A variable that is equal to itself alone, for what is known of it already."""
-
-    __slots__ = ("variable",)
-
-    def __init__(self, variable: Variable) -> None:
-        self.variable = variable
-
-    def __hash__(self) -> int:
-        return id(self.variable)
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Declared) and other.variable is self.variable
-
-
 @lru_cache(maxsize=64)  # members of the scenes that a process runs again and again
-def _layout(member: str, declared: tuple[_Declared, ...]) -> tuple[_ArrayLayout, ...]:
+def _layout(member: str, declared: tuple[Identity[Variable], ...]) -> tuple[_ArrayLayout, ...]:
     """Return the arrays of a member's variables."""
-    variables = [each.variable for each in declared]
+    variables = [each.it for each in declared]
     columns = {variable.name: k for k, variable in enumerate(variables)}
     vectors = find_vectors(columns)
     base_of: dict[str, str] = {}
@@ -230,10 +218,16 @@ def scalars(dataset: ResultLike) -> dict[str, tuple[np.ndarray, str]]:
 
 def scene_record(scene: Scene, status: str) -> dict[str, Any]:
     """Return the attributes that describe a scene: all that it takes to run it again."""
+    return {**_facts(Identity(scene)), "status": status}
+
+
+@lru_cache(maxsize=16)  # scenes that a process runs again and again
+def _facts(same: Identity[Scene]) -> dict[str, Any]:
+    scene = same.it
     return {
         "title": scene.title,
         "scene": scene.name,
-        "status": status,
+        "status": "",
         "start_time_s": scene.start_time,
         "stop_time_s": scene.stop_time,
         "coupling": json.dumps(asdict(scene.coupling)),
@@ -260,13 +254,13 @@ def _member_record(member: Member) -> dict[str, Any]:
     }
 
 
-def _log_columns(logs: Sequence[StepLog]) -> dict[str, np.ndarray]:
+def _log_columns(logs: StepLogs) -> dict[str, np.ndarray]:
     """Return the columns of the coupling's log; the start has no step before it: zeros there."""
-    columns = {key: np.array([0.0, *(getattr(log, key) for log in logs)]) for key in ("step", "residual", "error")}
-    columns["sweeps"] = np.array([0, *(log.sweeps for log in logs)])
+    columns = {key: np.concatenate([[0.0], logs.column(key)]) for key in ("step", "residual", "error")}
+    columns["sweeps"] = np.concatenate([[0], logs.column("sweeps").astype(int)])
     gain = np.full(len(logs) + 1, np.nan)
-    known = [k for k, log in enumerate(logs) if log.inverse is not None]
-    if known:
-        gain[[k + 1 for k in known]] = spectral_radius(np.array([logs[k].inverse for k in known]))
+    numbers, inverses = logs.inverses()
+    if numbers.size:
+        gain[1 + numbers] = spectral_radius(inverses)
     columns["gain"] = gain
     return columns

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from ...fmi import cache
+from ...results.identity import Identity
 from ...results.software import versions
 from ...scene import Scene
 from .hierarchy import Choice, apply_choice, model_hierarchies
@@ -37,17 +38,22 @@ class KeptChoice:
 
     def scene(self, scene: Scene) -> Scene:
         """The scene with that choice."""
-        return apply_choice(scene, self.choice)
+        return _applied(Identity(scene), Identity(self))
 
 
 _CHOICES: dict[str, KeptChoice] = {}  # of this process, by key
+
+
+@lru_cache(maxsize=16)
+def _applied(scene: Identity[Scene], kept: Identity[KeptChoice]) -> Scene:
+    return apply_choice(scene.it, kept.it.choice)
 
 
 def kept_choice(scene: Scene) -> KeptChoice | None:
     """Return what an earlier search found for a scene; None where there was none, or it is to be searched anew."""
     if scene.accuracy.search == "anew":
         return None
-    key = _key(scene)
+    key = _key(Identity(scene))
     if key not in _CHOICES:
         content = cache.kept_bytes(f"choices/{key}.json")
         if content is None:
@@ -65,13 +71,15 @@ def kept_choice(scene: Scene) -> KeptChoice | None:
 
 def keep_choice(scene: Scene, choice: Choice, record: Mapping[str, Any]) -> None:
     """Keep what a search found."""
-    key = _key(scene)
+    key = _key(Identity(scene))
     _CHOICES[key] = KeptChoice(dict(choice), record)
     cache.keep_bytes(f"choices/{key}.json", json.dumps({"choice": dict(choice), "record": record}).encode())
 
 
-def _key(scene: Scene) -> str:
+@lru_cache(maxsize=16)
+def _key(same: Identity[Scene]) -> str:
     """Return the hash of all that decides a choice. Titles, names of files and limits do not."""
+    scene = same.it
     accuracy = {name: value for name, value in asdict(scene.accuracy).items() if name not in ("level", "search")}
     facts = [
         [scene.start_time, scene.stop_time, scene.tolerance, accuracy, asdict(scene.coupling)],
