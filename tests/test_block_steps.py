@@ -46,8 +46,8 @@ def taken(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     counts: list[int] = []
     take = BlockSteps.take
 
-    def counted(self: BlockSteps, steps: Any) -> Any:
-        logs = take(self, steps)
+    def counted(self: BlockSteps, *steps: np.ndarray) -> Any:
+        logs = take(self, *steps)
         counts.append(len(logs))
         return logs
 

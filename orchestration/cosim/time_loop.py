@@ -71,7 +71,7 @@ def drive_parts(
     breaks : iterable of float
         Times [s] at which an input or its slope jumps.
     progress : callable
-        Receives the time [s] after every step, or the last one of several that were taken at once.
+        Receives the time [s] after every step.
     marks : iterable of float
         Times [s] at which steps end, without an event.
     blocks : BlockStepper or None
@@ -93,8 +93,8 @@ def drive_parts(
             if len(logs):
                 yield logs
                 segment = ahead.skip(len(logs) - 1)
-                time = segment.end
-                progress(time)
+                for time in ends[: len(logs)].tolist():
+                    progress(time)
         remaining = segment.length
         while time < segment.end:
             parts = max(1, math.ceil(remaining / min(wish, cap) - TIME_RTOL))
