@@ -18,12 +18,12 @@ from .compiled_arithmetic import address
 from .log import Warned
 from .slave import Slave
 
-__all__ = ["METHODS", "SAMPLES", "ComponentMemory", "NodeMemory", "fits"]
+__all__ = ["FUNCTIONS", "METHODS", "SAMPLES", "ComponentMemory", "NodeMemory", "fits"]
 
 METHODS = {"held": 0, "linear": 1, "hermite": 3}  # polynomials that the loop knows: their numbers in engine.h
 TORN_METHODS = ("held", "linear")
 SAMPLES = 3  # of each subsystem before a step, so that all polynomials have their full degree
-_FUNCTIONS = {
+FUNCTIONS = {
     "set_real": "SetReal",
     "set_input_derivatives": "SetRealInputDerivatives",
     "get_real": "GetReal",
@@ -96,7 +96,7 @@ class NodeMemory:
         structure.recorded = self.recorded = len(references[2])
         structure.takes_polynomials = slave.takes_polynomials
         structure.component = slave.component
-        for field, function in _FUNCTIONS.items():
+        for field, function in FUNCTIONS.items():
             setattr(structure, field, ctypes.cast(getattr(slave.library, f"fmi2{function}"), ctypes.c_void_p))
 
     def _group(self, link: Link, source: int) -> c.Group:
