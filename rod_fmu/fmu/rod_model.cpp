@@ -45,6 +45,7 @@ fmu::Status RodModel::build() {
   engine_ = make_engine(p);
   memory_.assign(engine_->memory_size() + (EnergyWatch::applies_to(p) ? EnergyWatch::memory_size() : 0) + 1, 0.0);
   engine_->set_unloaded(engine_memory());
+  latest_.memory.clear();
   return {};
 }
 
@@ -67,6 +68,7 @@ fmu::Status RodModel::retune(double t) {
   if (fmu::Status status = check(p); !status.is_ok()) return status;
   std::unique_ptr<Engine> before = std::exchange(engine_, make_engine(p));
   engine_->discard_look_ahead(engine_memory());
+  latest_.memory.clear();
   if (!watch_memory().empty()) EnergyWatch::restart(watch_memory());
   if (p.dynamic) return {};
   fmu::Status status =
@@ -153,7 +155,10 @@ fmu::Status RodModel::evaluate(double t) {
   if (is_silent)
     if (fmu::Status status = engine_->check_motion(engine_memory()); !status.is_ok()) return status;
   Outputs& y = data_.outputs;
-  engine_->outputs(engine_memory(), loads, y);
+  if (latest_.are_of(engine_memory(), loads))
+    y = latest_.outputs;
+  else
+    engine_->outputs(engine_memory(), loads, y);
   y.evaluations = memory_.back();
   if (!is_finite(y))
     return fmu::Status::discard("the outputs are not finite",
@@ -194,10 +199,12 @@ void RodModel::warn_of_step(double t, double h) {
                      "body.retardation, or choose another method");
     });
   if (watch_memory().empty()) return;
-  const Loads loads = loads_at(data_.inputs, h);
-  Outputs y;
-  engine_->outputs(engine_memory(), loads, y);
-  const double drift = EnergyWatch::drift(watch_memory(), data_.parameters, data_.inputs, loads, y);
+  latest_.loads = loads_at(data_.inputs, h);
+  latest_.memory.assign(engine_memory().begin(), engine_memory().end());
+  latest_.outputs = data_.outputs;  // with what says that an output is not written
+  engine_->outputs(engine_memory(), latest_.loads, latest_.outputs);
+  const double drift =
+      EnergyWatch::drift(watch_memory(), data_.parameters, data_.inputs, latest_.loads, latest_.outputs);
   if (std::abs(drift) > kEnergyDrift)
     warn_once(kEnergyWarning, [&] {
       return message(

@@ -1,7 +1,10 @@
 // Adapter of the rod to the FMI runtime.
 #pragma once
 
+#include <algorithm>
+#include <cstring>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "fmu/engine.hpp"
@@ -42,7 +45,19 @@ class RodModel final : public fmu::Model {
   template <class Call>
   auto counted(Call call);
 
+  /// Outputs of one state under one set of loads.
+  struct Evaluation {
+    std::vector<double> memory;  // of the engine; empty: nothing is known
+    Loads loads;
+    Outputs outputs;
+    bool are_of(std::span<const double> other_memory, const Loads& other_loads) const {
+      return memory.size() == other_memory.size() && std::equal(memory.begin(), memory.end(), other_memory.begin()) &&
+             std::memcmp(&loads, &other_loads, sizeof(Loads)) == 0;
+    }
+  };
+
   Data data_;
+  Evaluation latest_;           // that the energy watch has asked for; most hosts read the same outputs next
   std::vector<double> memory_;  // memory of the engine, of the energy watch, then the count of evaluations
   std::unique_ptr<Engine> engine_;
 };

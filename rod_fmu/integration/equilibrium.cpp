@@ -71,8 +71,7 @@ core::Status solve_equilibrium(const Rod& rod, const Loads& loads, State& state,
                                    "reduce the loads, or their change in one step");
   }
   const auto is_stable = [&] {
-    return rod.is_admissible(scratch.x.data()) &&
-           scratch.stability.is_stable(rod, scratch.x, loads, scratch.newton);
+    return rod.is_admissible(scratch.x.data()) && scratch.stability.is_stable(rod, scratch.x, loads, scratch.newton);
   };
   if (!is_stable()) {
     const Vector unstable = scratch.x;

@@ -142,15 +142,14 @@ void Newton::equilibrium_velocity(const Rod& rod, const Vector& q, const Loads& 
   equilibrium_velocity(rod, q, loads, rates, v, [](Vector&) {});
 }
 
-/// Solves K v = -target_ at the equilibrium q with the tangent at hand; where that belongs to a point farther away, it is
-/// refined with K v from central differences.
+/// Solves K v = -target_ at the equilibrium q with the tangent at hand; where that belongs to a point farther away, the
+/// solution is refined with K v from central differences, or the tangent is taken anew where that does not contract.
 void Newton::solve_velocity(const Rod& rod, const Vector& q, const Loads& loads, Vector& v) {
   v = lu_.solve(target_);
   v = -v;
-  double size = v.lpNorm<Eigen::Infinity>();
-  if (tangent_distance_ <= kCloseTangent) return;
-  double before = size;
-  for (int pass = 0; pass < kMaxRefinements && size > 0.0 && std::isfinite(size); ++pass) {
+  double size = v.lpNorm<Eigen::Infinity>(), before = size;
+  if (tangent_distance_ <= kCloseTangent || size == 0.0) return;
+  for (int pass = 0; pass < kMaxRefinements && std::isfinite(size) && size > 0.0; ++pass) {
     const double step = kDifference / size;
     q_ = q + step * v;
     rod.static_residual(q_.data(), loads, work, r_);
@@ -158,12 +157,19 @@ void Newton::solve_velocity(const Rod& rod, const Vector& q, const Loads& loads,
     rod.static_residual(q_.data(), loads, work, trial_);
     r_ = target_ + (0.5 / step) * (r_ - trial_);
     change_ = lu_.solve(r_);
-    v -= change_;
     const double correction = change_.lpNorm<Eigen::Infinity>();
+    if (!(correction <= kMaxContraction * before)) break;
+    v -= change_;
+    size = v.lpNorm<Eigen::Infinity>();
     if (correction * correction <= kVelocityError * size * before) return;
     before = correction;
-    size = v.lpNorm<Eigen::Infinity>();
   }
+  rod.static_residual(q.data(), loads, work, r_);
+  rod.tangent(work, {.q = 1.0}, J_);
+  lu_.compute(J_);
+  tangent_distance_ = 0.0;
+  v = lu_.solve(target_);
+  v = -v;
 }
 
 }  // namespace rod

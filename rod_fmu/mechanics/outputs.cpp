@@ -76,6 +76,11 @@ double UniformRod::out_of_plane(const Loads& loads, const Workspace& w) const {
   const Quadrature& grid = *constants_.grid;
   const BodyLoads turned = loads.seen_from(frame_);
   const double weight = constants_.mass * length() * length() * turned.gravity.y;
+  const bool is_pulled = std::any_of(w.tension.begin(), w.tension.begin() + static_cast<std::ptrdiff_t>(tcas()),
+                                     [](const Tension& each) { return each.value != 0.0; });
+  if (!is_pulled && weight == 0.0 && turned.tip_force.y == 0.0 && turned.tip_moment.x == 0.0 &&
+      turned.tip_moment.z == 0.0)
+    return 0.0;
   NodeArray<Triad<Pack>, kMaxPacks> n{}, m{};
   if (turned.gravity.y != 0.0 || turned.tip_force.y != 0.0) {
     for (int p = 0; p < grid.packs; ++p) {

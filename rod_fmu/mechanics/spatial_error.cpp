@@ -78,8 +78,7 @@ ROD_INLINE double largest_effect(const RodConstants& rod, const Kinematics& w, c
   double error = std::sqrt(std::max(std::max(largest[0], largest[1]), std::max(largest[2], largest[3])));
   for (std::size_t i = 0; i < rod.tcas; ++i) {
     Pack sum{};
-    for (int p = 0; p < packs; ++p)
-      sum += grid.w.pack[p] * (dot(w.arm[i][p], dkappa[p]) + dot(w.t[i][p], dlambda[p]));
+    for (int p = 0; p < packs; ++p) sum += grid.w.pack[p] * (dot(w.arm[i][p], dkappa[p]) + dot(w.t[i][p], dlambda[p]));
     error = std::max(error, std::abs((sum[0] + sum[1]) + (sum[2] + sum[3])));
   }
   return rod.length * error;
