@@ -77,10 +77,11 @@ typedef struct {
 } TcaTimes;
 
 /* Runs a plan once, each step when it is due: step k at k times the period after the start, or at once where the period
-   is 0. times: period in, the others out; durations: (steps) [s] of each step's computation. Returns 0, or -1 with the
-   reason. */
+   is 0. times: period in, the others out; durations: (steps) [s] of each step's computation; fixed: (steps) [s] of an
+   amount of work that is always the same and about as long as a step, done behind each step where the period leaves
+   time for it, else nan: how it varies is the host's doing. Returns 0, or -1 with the reason. */
 TCA_EXPORT int tca_realtime(const TcaPlan* plan, const double* parameters, double* outputs, double* durations,
-                            TcaTimes* times, char* failure, size_t length);
+                            double* fixed, TcaTimes* times, char* failure, size_t length);
 
 #ifdef __cplusplus
 }

@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cstring>
 #include <exception>
+#include <limits>
 #include <thread>
 
 #include "engine/engine.h"
@@ -53,13 +54,35 @@ void prepare_thread(TcaTimes& times) {
 #endif
 }
 
-void pace(const TcaPlan& plan, engine::Run& run, double* outputs, double* durations, TcaTimes& times,
+// Work that no data change: a chain of multiplications. Returns what it takes [s].
+double work(size_t multiplications) {
+  const auto begin = Clock::now();
+  volatile double product = 1.0;
+  for (size_t k = 0; k < multiplications; ++k) product = product * 1.000000001;
+  return seconds(Clock::now() - begin);
+}
+
+// Number of multiplications that take that long [s].
+size_t work_for(double time) {
+  constexpr size_t trial = 10000;
+  constexpr int trials = 20;  // of which the fastest counts
+  double fastest = work(trial);
+  for (int k = 1; k < trials; ++k) fastest = std::min(fastest, work(trial));
+  return static_cast<size_t>(time / fastest * trial);
+}
+
+void pace(const TcaPlan& plan, engine::Run& run, double* outputs, double* durations, double* fixed, TcaTimes& times,
           std::string& failure) {
+  constexpr double room = 3.0;  // least rest of the period, in lengths of the fixed work
   prepare_thread(times);
-  if (!run.rehearse(std::min(plan.steps, rehearsed))) {
+  const size_t steps_rehearsed = std::min(plan.steps, rehearsed);
+  const auto rehearsal = Clock::now();
+  if (!run.rehearse(steps_rehearsed)) {
     failure = run.failure();
     return;
   }
+  const double typical = seconds(Clock::now() - rehearsal) / static_cast<double>(std::max<size_t>(steps_rehearsed, 1));
+  const size_t multiplications = times.period > 0.0 ? work_for(typical) : 0;
   const Count count = allocation_counter();
   const auto period = std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(times.period));
   const auto start = Clock::now() + period;
@@ -77,9 +100,11 @@ void pace(const TcaPlan& plan, engine::Run& run, double* outputs, double* durati
     times.allocations += count ? count() - before : 0;
     durations[k] = seconds(end - begin);
     times.worst = std::max(times.worst, durations[k]);
+    fixed[k] = std::numeric_limits<double>::quiet_NaN();
     if (times.period <= 0.0) continue;
     times.worst_lateness = std::max(times.worst_lateness, seconds(begin - due));
     if (end > due + period) ++times.misses;
+    if (seconds(due + period - end) > room * typical) fixed[k] = work(multiplications);
   }
 #ifdef __linux__
   if (times.locked) munlockall();
@@ -88,8 +113,8 @@ void pace(const TcaPlan& plan, engine::Run& run, double* outputs, double* durati
 
 }  // namespace
 
-int tca_realtime(const TcaPlan* plan, const double* parameters, double* outputs, double* durations, TcaTimes* times,
-                 char* failure, size_t length) {
+int tca_realtime(const TcaPlan* plan, const double* parameters, double* outputs, double* durations, double* fixed,
+                 TcaTimes* times, char* failure, size_t length) {
   std::string text;
   const double period = times->period;
   *times = {};
@@ -98,7 +123,7 @@ int tca_realtime(const TcaPlan* plan, const double* parameters, double* outputs,
     engine::Run run(*plan);
     if (run.begin(parameters, nullptr, outputs)) {
       std::fill_n(outputs + run.width(), plan->steps * run.width(), 0.0);  // touched, so that no step does it first
-      std::thread paced([&] { pace(*plan, run, outputs, durations, *times, text); });
+      std::thread paced([&] { pace(*plan, run, outputs, durations, fixed, *times, text); });
       paced.join();
     } else {
       text = run.failure();

@@ -48,12 +48,19 @@ def command(
         steps = [f"coupling.macro_step={seconds!r}"] if seconds > 0.0 else []
         described = read(scene, [*override, *steps])
         result = run_realtime(described, seconds)
-        table = Table("of the steps", "take at most")
-        for share in SHARES:
-            longest = float(np.percentile(result.durations, share, method="higher"))
-            table.add_row(f"{share:g} %", f"{1e6 * longest:.1f} us")
-        table.add_row("all", f"{1e6 * float(result.durations.max()):.1f} us")
+        fixed = result.fixed[np.isfinite(result.fixed)]
+        table = Table("of the steps", "take at most", *(["fixed work takes at most"] if fixed.size else []))
+        for share in (*SHARES, 100.0):
+            columns = (result.durations, fixed) if fixed.size else (result.durations,)
+            longest = [float(np.percentile(column, share, method="higher")) for column in columns]
+            table.add_row("all" if share == 100.0 else f"{share:g} %", *(f"{1e6 * one:.1f} us" for one in longest))
         out.print(table)
+        if fixed.size:
+            least = float(fixed.min())
+            say(
+                f"fixed work of {1e6 * least:.0f} us behind every step: what exceeds that is the host's doing, "
+                f"{1e6 * (float(fixed.max()) - least):.0f} us at worst"
+            )
         allocations = "not counted" if result.allocations is None else str(result.allocations)
         say(
             f"{described.title}: {result.durations.size} steps, {result.misses} missed their deadline, "

@@ -30,6 +30,9 @@ class RealtimeResult:
         Time from one step to the next [s]; 0: as fast as it can.
     durations : ndarray, shape (steps,)
         What the computation of each step took [s].
+    fixed : ndarray, shape (steps,)
+        What an amount of work that is always the same, and about as long as a step, took behind each step [s]; nan
+        where the period left no time for it. How it varies is the host's doing.
     misses : int
         Steps that ended after the next one was due.
     worst_lateness : float
@@ -48,6 +51,7 @@ class RealtimeResult:
 
     period: float
     durations: np.ndarray
+    fixed: np.ndarray
     misses: int
     worst_lateness: float
     allocations: int | None
@@ -85,7 +89,7 @@ def run_realtime(scene: Scene, period: float, outputs: Sequence[str] = ("rod.tip
     """
     plan = EnginePlan.of(scene, [], [], outputs)
     steps = plan.times.size - 1
-    rows, durations = np.zeros((steps + 1, plan.width)), np.zeros(steps)
+    rows, durations, fixed = np.zeros((steps + 1, plan.width)), np.zeros(steps), np.full(steps, np.nan)
     times, text = Times(period=period), ctypes.create_string_buffer(MAX_FAILURE)
     array = ctypes.POINTER(ctypes.c_double)
     failed = library().tca_realtime(
@@ -93,6 +97,7 @@ def run_realtime(scene: Scene, period: float, outputs: Sequence[str] = ("rod.tip
         None,
         rows.ctypes.data_as(array),
         durations.ctypes.data_as(array),
+        fixed.ctypes.data_as(array),
         ctypes.byref(times),
         text,
         MAX_FAILURE,
@@ -103,6 +108,7 @@ def run_realtime(scene: Scene, period: float, outputs: Sequence[str] = ("rod.tip
     return RealtimeResult(
         period,
         durations,
+        fixed,
         times.misses,
         times.worst_lateness,
         times.allocations if counted else None,

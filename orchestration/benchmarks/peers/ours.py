@@ -1,4 +1,4 @@
-"""rod.fmu through its C functions, as a host written in C calls them: spatial with all six strains, and planar with the three of its plane."""
+"""rod.fmu, as a host written in C calls it: spatial with all six strains, and planar with the three of its plane."""
 
 from __future__ import annotations
 
