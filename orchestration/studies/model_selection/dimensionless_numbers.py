@@ -9,6 +9,7 @@ L length, A area, EI bending stiffness, h heat transfer, k conductivity of the b
     tip           F L^2/EI + M L/EI
     residual      |sin(x)/x|, x = w1 tau/2       vibration that a load which grows for tau leaves behind, share of its
                                                  deflection (undamped); below its envelope min(1, 1/x)
+    phase         w1 times the macro step
 """
 
 from __future__ import annotations
@@ -65,6 +66,7 @@ class DimensionlessNumbers:
     tip: float = 0.0
     ramp: float = math.inf  # time over which the fastest load grows [s]
     frequency: float = math.inf  # first, of the body alone [Hz]
+    phase: float = math.inf  # of the first mode in one macro step [rad]
     parallel: bool = True  # TCAs run parallel to the axis of a straight body
     loaded_by_others: bool = False  # other FMUs load the tip or set the gravity, by how much a run only can tell
 
@@ -145,6 +147,8 @@ def dimensionless_numbers(scene: Scene) -> DimensionlessNumbers:
     if rods:
         of_each = [_rod(rod) for rod in rods]
         values |= {key: _WORST[key](numbers[key] for numbers in of_each) for key in of_each[0]}
+        fastest = max(numbers["frequency"] for numbers in of_each)
+        values["phase"] = 2.0 * math.pi * fastest * scene.coupling.macro_step
         heating = [
             _heating_time(heat, s) for m, heat in heats for n, s in m.signals.items() if is_element_of(n, VOLTAGE)
         ]

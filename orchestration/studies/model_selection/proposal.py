@@ -12,6 +12,8 @@ __all__ = ["propose_choice"]
 _UNIFORM = 0.1  # Biot number below which a section has one temperature (textbook bound of the lumped model)
 _SWINGS = 0.3  # residual vibration, share of the deflection, from which on inertia is needed beyond doubt
 _RESERVE = 0.1  # tolerance of time steps / tolerance asked for: a tighter one costs next to nothing
+_SECOND_MODE = 6.27  # frequency of a clamped-free beam's second mode over that of its first
+_SHORT_STEP = 100.0  # (phase of the second mode)^4 / tolerance in steps so short that no tolerance shortens them further
 _MOST_ORDER = 4  # highest order proposed; the search goes on from there
 
 
@@ -25,6 +27,10 @@ def propose_choice(hierarchies: Hierarchies, numbers: DimensionlessNumbers, tole
             choice[name] = _first_level(hierarchy, needed[name])
     if "inertia" in choice and numbers.residual >= _SWINGS:
         choice["inertia"] = 1
+    # Macro steps bound the steps of the integrator: where they follow the second mode, a tighter tolerance only costs.
+    # The macro step's own hierarchy halves them, and shows whether they do.
+    if "step" in choice and (_SECOND_MODE * numbers.phase) ** 4 <= _SHORT_STEP * tolerance:
+        choice["step"] = 1
     if "strains" in choice:
         sheared = numbers.load > 0.0 and numbers.shear > tolerance
         choice["strains"] = 3 if sheared else 1 if numbers.extension > tolerance else 0

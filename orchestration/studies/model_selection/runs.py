@@ -5,11 +5,12 @@ from __future__ import annotations
 import contextlib
 import math
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 
 import numpy as np
 
 from ...cosim.master import StepLog
+from ...cosim.step_logs import StepLogs
 from ...errors import CosimError
 from ...results import ResultTable
 from ...scene import Scene
@@ -38,9 +39,9 @@ class ResumableRun:
         self.scene = scene
         self._watch = watch
         self.cost = 0.0
-        self._logs: list[StepLog] = []
+        self._logs = StepLogs()
         self._ready: OpenSimulation | None = None
-        self._steps: Iterator[StepLog] | None = None
+        self._parts: Iterator[Sequence[StepLog]] | None = None
         self._failure: CosimError | None = None
         self._open = contextlib.ExitStack()
 
@@ -56,7 +57,7 @@ class ResumableRun:
         try:
             return self._advance(stop, limit)
         except CosimError as failure:
-            failure.partial = self._collected(f"partial: {failure}") if self._steps else None
+            failure.partial = self._collected(f"partial: {failure}") if self._parts else None
             self._failure = failure
             raise
 
@@ -67,14 +68,15 @@ class ResumableRun:
 
     def trajectory(self, quantities: Mapping[str, Quantity], stop: float) -> Trajectory:
         """Values of the quantities until `stop` [s]."""
-        rows = [self._first, *(log.record for log in self._logs if log.time <= stop * (1.0 + _SAME_TIME))]
-        times = np.array([0.0, *(log.time for log in self._logs[: len(rows) - 1])])
+        times = np.concatenate([[0.0], self._logs.column("time")])
+        within = int(np.searchsorted(times, stop * (1.0 + _SAME_TIME), side="right"))
         values = {}
         for name, quantity in quantities.items():
             columns = {v.name: k for k, v in enumerate(recorded_variables(self.scene.member(quantity.member)))}
             chosen = [columns[element] for element in quantity.elements]
-            values[name] = np.array([row[quantity.member][chosen] for row in rows])
-        return Trajectory(times, values)
+            rows = self._logs.record(quantity.member, self._first[quantity.member])
+            values[name] = rows[:within, chosen]
+        return Trajectory(times[:within], values)
 
     @property
     def ended(self) -> bool:
@@ -86,15 +88,15 @@ class ResumableRun:
         self._open.close()
 
     def _passed(self, stop: float) -> bool:
-        return bool(self._logs) and self._logs[-1].time >= stop * (1.0 - _SAME_TIME)
+        return len(self._logs) > 0 and self._logs[-1].time >= stop * (1.0 - _SAME_TIME)
 
     def _advance(self, stop: float, limit: float) -> bool:
-        if self._steps is None:
+        if self._parts is None:
             self._ready = self._open.enter_context(open_simulation(self.scene))
-            self._first, self._steps = self._ready.master.observe(), self._ready.steps(self._watch)
+            self._first, self._parts = self._ready.master.observe(), self._ready.parts(self._watch)
         before, begin = self.cost, time.thread_time()
-        for log in self._steps:
-            self._logs.append(log)
+        for part in self._parts:
+            self._logs.add(part)
             self.cost = before + time.thread_time() - begin
             if self._passed(stop) or self.cost > limit:
                 break
