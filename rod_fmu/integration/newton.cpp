@@ -14,6 +14,7 @@ constexpr int kMaxChordSteps = 8;             // with one tangent
 constexpr double kMaxContraction = 0.05;      // of a chord step: slower ones cost more than a fresh tangent
 constexpr double kChordError = 1e-12;         // of the strains behind the last chord step, estimated [1]
 constexpr double kCloseTangent = 1e-9;        // [1]: a tangent this close to the solution is that of the solution
+constexpr double kSymmetric = 1e-4;           // largest share of a tangent that is not symmetric, for Cholesky's method
 constexpr int kMaxRefinements = 6;            // of a velocity with one tangent
 constexpr double kVelocityError = 1e-9;       // behind the last of them, relative; differences are good for 1e-10
 constexpr double kDifference = 1e-5;          // of strain coefficients [1], for central differences of the residual
@@ -26,7 +27,9 @@ double merit(const Rod& rod, const Vector& r) { return (r.array() / rod.stiffnes
 void Newton::reserve(int unknowns) {
   for (Vector* each : {&q_, &v_, &a_, &r_, &target_, &trial_, &change_, &start_}) each->resize(unknowns);
   J_.resize(unknowns, unknowns);
+  symmetric_.resize(unknowns, unknowns);
   lu_ = Eigen::PartialPivLU<Matrix>(unknowns);
+  llt_ = Eigen::LLT<Matrix>(unknowns);
 }
 
 void Newton::residual(const Rod& rod, const Stage& stage, const Loads& loads, const Vector& x) {
@@ -41,6 +44,29 @@ void Newton::residual(const Rod& rod, const Stage& stage, const Loads& loads, co
   r_ -= target_;
 }
 
+/// Factors J_: by Cholesky's method where it is the tangent of statics under loads with a potential, which is symmetric
+/// but for the discretisation. Chord steps make good what the symmetric part leaves out.
+void Newton::factor(const Stage& stage) {
+  is_by_cholesky_ = false;
+  if (!stage.moving) {
+    symmetric_ = 0.5 * (J_ + J_.transpose());
+    if ((J_ - symmetric_).lpNorm<Eigen::Infinity>() <= kSymmetric * J_.lpNorm<Eigen::Infinity>()) {
+      llt_.compute(symmetric_);
+      is_by_cholesky_ = llt_.info() == Eigen::Success;
+    }
+  }
+  if (!is_by_cholesky_) lu_.compute(J_);
+}
+
+void Newton::solve_factored(const Vector& right, Vector& x) const {
+  if (is_by_cholesky_) {
+    x = right;
+    llt_.solveInPlace(x);
+  } else {
+    x = lu_.solve(right);
+  }
+}
+
 NewtonResult Newton::iterate(const Rod& rod, const Stage& stage, const Loads& loads, double tolerance, Vector& x) {
   NewtonResult result;
   residual(rod, stage, loads, x);
@@ -48,8 +74,8 @@ NewtonResult Newton::iterate(const Rod& rod, const Stage& stage, const Loads& lo
   while (result.iterations < kMaxIterations && std::isfinite(size)) {
     ++result.iterations;
     rod.tangent(work, stage.weights, J_);
-    lu_.compute(J_);
-    change_ = lu_.solve(r_);
+    factor(stage);
+    solve_factored(r_, change_);
     result.correction = stage.weights.q * change_.lpNorm<Eigen::Infinity>();
     if (!std::isfinite(result.correction)) return result;
 
@@ -81,7 +107,7 @@ NewtonResult Newton::iterate(const Rod& rod, const Stage& stage, const Loads& lo
 /// tangent was taken at the start of the first correction, which the Newton step halves to second order.
 bool Newton::take_chord_steps(const Rod& rod, const Stage& stage, const Loads& loads, NewtonResult& result, Vector& x) {
   for (int step = 0; step < kMaxChordSteps; ++step) {
-    change_ = lu_.solve(r_);
+    solve_factored(r_, change_);
     const double correction = stage.weights.q * change_.lpNorm<Eigen::Infinity>();
     const double contraction = correction / result.correction;
     if (!(contraction <= kMaxContraction)) return false;
@@ -103,6 +129,7 @@ NewtonResult Newton::solve_linear(const Rod& rod, const Stage& stage, const Load
   target_.setZero(rod.unknowns());
   residual(rod, stage, loads, x);
   rod.tangent(work, stage.weights, J_);
+  is_by_cholesky_ = false;
   lu_.compute(J_);
   change_ = lu_.solve(r_);
   x -= change_;
@@ -145,10 +172,10 @@ void Newton::equilibrium_velocity(const Rod& rod, const Vector& q, const Loads& 
 /// Solves K v = -target_ at the equilibrium q with the tangent at hand; where that belongs to a point farther away, the
 /// solution is refined with K v from central differences, or the tangent is taken anew where that does not contract.
 void Newton::solve_velocity(const Rod& rod, const Vector& q, const Loads& loads, Vector& v) {
-  v = lu_.solve(target_);
+  solve_factored(target_, v);
   v = -v;
   double size = v.lpNorm<Eigen::Infinity>(), before = size;
-  if (tangent_distance_ <= kCloseTangent || size == 0.0) return;
+  if ((tangent_distance_ <= kCloseTangent && !is_by_cholesky_) || size == 0.0) return;
   for (int pass = 0; pass < kMaxRefinements && std::isfinite(size) && size > 0.0; ++pass) {
     const double step = kDifference / size;
     q_ = q + step * v;
@@ -156,7 +183,7 @@ void Newton::solve_velocity(const Rod& rod, const Vector& q, const Loads& loads,
     q_ = q - step * v;
     rod.static_residual(q_.data(), loads, work, trial_);
     r_ = target_ + (0.5 / step) * (r_ - trial_);
-    change_ = lu_.solve(r_);
+    solve_factored(r_, change_);
     const double correction = change_.lpNorm<Eigen::Infinity>();
     if (!(correction <= kMaxContraction * before)) break;
     v -= change_;
@@ -166,6 +193,7 @@ void Newton::solve_velocity(const Rod& rod, const Vector& q, const Loads& loads,
   }
   rod.static_residual(q.data(), loads, work, r_);
   rod.tangent(work, {.q = 1.0}, J_);
+  is_by_cholesky_ = false;
   lu_.compute(J_);
   tangent_distance_ = 0.0;
   v = lu_.solve(target_);

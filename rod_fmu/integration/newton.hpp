@@ -3,6 +3,7 @@
 // one factorised tangent (chord steps), since a residual costs a sixth of a tangent.
 #pragma once
 
+#include <Eigen/Cholesky>
 #include <Eigen/LU>
 
 #include "mechanics/rod.hpp"
@@ -59,13 +60,17 @@ class Newton {
 
  private:
   void residual(const Rod& rod, const Stage& stage, const Loads& loads, const Vector& x);
+  void factor(const Stage& stage);
+  void solve_factored(const Vector& right, Vector& x) const;
   NewtonResult iterate(const Rod& rod, const Stage& stage, const Loads& loads, double tolerance, Vector& x);
   bool take_chord_steps(const Rod& rod, const Stage& stage, const Loads& loads, NewtonResult& result, Vector& x);
   void solve_velocity(const Rod& rod, const Vector& q, const Loads& loads, Vector& v);
 
   Vector q_, v_, a_, r_, target_, trial_, change_, start_;
-  Matrix J_;
+  Matrix J_, symmetric_;
   Eigen::PartialPivLU<Matrix> lu_;
+  Eigen::LLT<Matrix> llt_;       // of a static tangent that is symmetric and positive definite
+  bool is_by_cholesky_ = false;  // whether it holds the factors, not lu_
   double tangent_distance_ = 0.0;
 };
 
