@@ -48,16 +48,22 @@ def compiled_steps(slave: Slave, stops: np.ndarray) -> Callable[[], np.ndarray] 
     begins = np.concatenate([[0.0], stops[:-1]])
     lengths, ends = stops - begins, np.ascontiguousarray(stops)
     rows, logs, kept = np.zeros((len(stops), len(references[2]))), np.zeros((len(stops), 3)), np.zeros(1)
-    call = c.Steps(
-        len(stops), address(begins), address(lengths), address(ends), address(kept), limit=np.inf, records=address(rows)
-    )
-    call.logs = address(logs)
-    memory = (references, state, samples, node, component, lengths, ends, logs, kept)  # lives as long as take()
+    memory = (references, state, samples, node, component, kept)  # lives as long as take()
 
     def take(memory: object = memory) -> np.ndarray:
-        done = arithmetic.engine.tca_take_steps(ctypes.byref(block), ctypes.byref(call))
-        if done < len(stops):
-            raise SubsystemError(f"{slave.name}: the step from t = {begins[max(done, 0)]:.6g} s fails")
+        done = 0
+        while done < len(stops):
+            arrays = (address(array[done:]) for array in (begins, lengths, ends))
+            call = c.Steps(len(stops) - done, *arrays, address(kept), limit=np.inf, records=address(rows[done:]))
+            call.logs = address(logs)
+            taken = arithmetic.engine.tca_take_steps(ctypes.byref(block), ctypes.byref(call))
+            if taken < 0:
+                raise SubsystemError(f"{slave.name} cannot be set back to the start of a step")
+            done += taken
+            if done < len(stops):  # a step that warns or fails is taken once more, for its message
+                slave.step(float(begins[done]), float(lengths[done]))
+                rows[done] = slave.record()
+                done += 1
         return rows
 
     return take
