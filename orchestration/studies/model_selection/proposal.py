@@ -14,8 +14,6 @@ _SWINGS = 0.3  # residual vibration, share of the deflection, from which on iner
 _RESERVE = 0.1  # tolerance of time steps / tolerance asked for: a tighter one costs next to nothing
 _SECOND_MODE = 6.27  # frequency of a clamped-free beam's second mode over that of its first
 _SHORT_STEP = 100.0  # (phase of the second mode)^4 / tolerance of steps that no tolerance shortens any further
-    100.0  # (phase of the second mode)^4 / tolerance in steps so short that no tolerance shortens them further
-)
 _MOST_ORDER = 4  # highest order proposed; the search goes on from there
 
 
