@@ -25,6 +25,7 @@ TABLE = {
     "rod.body.E": [37800.0, 30000.0, 45000.0, -1.0],  # the last one is out of range
     "thermal.h": [15.0, 18.0, 21.0, 24.0],
     "thermal.tca.R": [6.9, 7.1, 6.7, 6.9],
+    "rod.tca.E": [5.6e8, 5.2e8, 6.0e8, 5.6e8],  # a scalar, and the vector that it stands for
 }
 
 

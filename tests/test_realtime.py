@@ -42,6 +42,14 @@ def test_deadlines_that_cannot_be_met_are_missed_and_said() -> None:
     assert run_realtime(tca.read("drop", DROP), 0.0).misses == 0  # as fast as it can: there is no deadline
 
 
+def test_the_same_work_beside_every_step_shows_the_host() -> None:
+    paced = run_realtime(tca.read("drop", DROP), 0.01)
+    assert np.isfinite(paced.fixed).sum() > 25  # nan where a step left no time for it
+    typical = np.nanmedian(paced.fixed) / np.median(paced.durations)
+    assert 0.05 < typical < 20.0  # about as long as a step
+    assert np.isnan(run_realtime(tca.read("drop", DROP), 0.0).fixed).all()
+
+
 def test_a_refused_step_is_an_error() -> None:
     with pytest.raises(tca.SceneError, match="algebraic loop"):
         run_realtime(tca.read("step", ["stop_time=0.1"]), 0.0)

@@ -146,6 +146,18 @@ def test_the_shipped_sweep_is_as_exact_as_it_says() -> None:
         assert error < 1e-3 * np.ptp(reference), name
 
 
+def test_the_shipped_sweep_runs_in_the_engine() -> None:
+    plan = sweep.read_plan("scatter", runs=4)
+    columns = {p.name: [row[k] for row in plan.values] for k, p in enumerate(plan.parameters)}
+    runs = many_runs.EngineRuns.of(plan.scene, columns, plan.outputs)
+    assert runs is not None
+    ((numbers, rows),) = [zip(*block, strict=True) for block in runs.blocks(np.array(list(columns.values())).T)]
+    assert numbers == (0, 1, 2, 3)
+    alone = tca.run(plan.scene, {name: values[2] for name, values in columns.items()})
+    for name, where in runs.plan.outputs.items():
+        assert np.array_equal(rows[2][:, where], alone[name].to_numpy()), name
+
+
 def test_the_figure_shows_every_output(swept: tuple[sweep.SweepPlan, xr.Dataset, Path]) -> None:
     _, data, folder = swept
     figure = chart.draw(data)
