@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 from tca_cosim.cosim.node import MacroStep
 from tca_cosim.cosim.step_control import StepResult
@@ -200,9 +201,10 @@ class Blocks:
     most: int = 4
     given: list[list[MacroStep]] = field(default_factory=list)
 
-    def take(self, steps: Sequence[MacroStep]) -> list[Any]:
-        self.given.append(list(steps))
-        return [log(step.end) for step in steps[: self.most]]
+    def take(self, times: np.ndarray, lengths: np.ndarray, ends: np.ndarray) -> list[Any]:
+        columns = (times.tolist(), lengths.tolist(), ends.tolist())
+        self.given.append([MacroStep(*step) for step in zip(*columns, strict=True)])
+        return [log(end) for end in columns[2][: self.most]]
 
 
 def test_blocks_take_steps_up_to_an_event() -> None:
