@@ -13,7 +13,7 @@ constexpr double kMinDamping = 1.0 / 1024.0;  // share of a correction below whi
 constexpr int kMaxChordSteps = 8;             // with one tangent
 constexpr double kMaxContraction = 0.05;      // of a chord step: slower ones cost more than a fresh tangent
 constexpr double kChordError = 1e-12;         // of the strains behind the last chord step, estimated [1]
-constexpr double kCloseTangent = 1e-9;        // [1]: a tangent this close to the solution is that of the solution
+constexpr double kCloseTangent = 1e-9;        // distance [1], or share left out, of a tangent that is as good as exact
 constexpr double kSymmetric = 1e-4;           // largest share of a tangent that is not symmetric, for Cholesky's method
 constexpr int kMaxRefinements = 6;            // of a velocity with one tangent
 constexpr double kVelocityError = 1e-9;       // behind the last of them, relative; differences are good for 1e-10
@@ -48,11 +48,14 @@ void Newton::residual(const Rod& rod, const Stage& stage, const Loads& loads, co
 /// but for the discretisation. Chord steps make good what the symmetric part leaves out.
 void Newton::factor(const Stage& stage) {
   is_by_cholesky_ = false;
+  left_out_ = 0.0;
   if (!stage.moving) {
     symmetric_ = 0.5 * (J_ + J_.transpose());
-    if ((J_ - symmetric_).lpNorm<Eigen::Infinity>() <= kSymmetric * J_.lpNorm<Eigen::Infinity>()) {
+    const double share = (J_ - symmetric_).lpNorm<Eigen::Infinity>() / J_.lpNorm<Eigen::Infinity>();
+    if (share <= kSymmetric) {
       llt_.compute(symmetric_);
       is_by_cholesky_ = llt_.info() == Eigen::Success;
+      if (is_by_cholesky_) left_out_ = share;
     }
   }
   if (!is_by_cholesky_) lu_.compute(J_);
@@ -175,7 +178,7 @@ void Newton::solve_velocity(const Rod& rod, const Vector& q, const Loads& loads,
   solve_factored(target_, v);
   v = -v;
   double size = v.lpNorm<Eigen::Infinity>(), before = size;
-  if ((tangent_distance_ <= kCloseTangent && !is_by_cholesky_) || size == 0.0) return;
+  if ((tangent_distance_ <= kCloseTangent && left_out_ <= kCloseTangent) || size == 0.0) return;
   for (int pass = 0; pass < kMaxRefinements && std::isfinite(size) && size > 0.0; ++pass) {
     const double step = kDifference / size;
     q_ = q + step * v;
@@ -195,7 +198,7 @@ void Newton::solve_velocity(const Rod& rod, const Vector& q, const Loads& loads,
   rod.tangent(work, {.q = 1.0}, J_);
   is_by_cholesky_ = false;
   lu_.compute(J_);
-  tangent_distance_ = 0.0;
+  tangent_distance_ = left_out_ = 0.0;
   v = lu_.solve(target_);
   v = -v;
 }
