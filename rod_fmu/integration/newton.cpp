@@ -22,6 +22,11 @@ constexpr double kDifference = 1e-5;          // of strain coefficients [1], for
 /// Squared norm of the residual, each equation divided by its own stiffness.
 double merit(const Rod& rod, const Vector& r) { return (r.array() / rod.stiffness().array()).square().sum(); }
 
+/// Share of a matrix that its symmetric part leaves out.
+double asymmetry(const Matrix& J, const Matrix& symmetric) {
+  return (J - symmetric).lpNorm<Eigen::Infinity>() / J.lpNorm<Eigen::Infinity>();
+}
+
 }  // namespace
 
 void Newton::reserve(int unknowns) {
@@ -48,14 +53,11 @@ void Newton::residual(const Rod& rod, const Stage& stage, const Loads& loads, co
 /// but for the discretisation. Chord steps make good what the symmetric part leaves out.
 void Newton::factor(const Stage& stage) {
   is_by_cholesky_ = false;
-  left_out_ = 0.0;
   if (!stage.moving) {
     symmetric_ = 0.5 * (J_ + J_.transpose());
-    const double share = (J_ - symmetric_).lpNorm<Eigen::Infinity>() / J_.lpNorm<Eigen::Infinity>();
-    if (share <= kSymmetric) {
+    if (asymmetry(J_, symmetric_) <= kSymmetric) {
       llt_.compute(symmetric_);
       is_by_cholesky_ = llt_.info() == Eigen::Success;
-      if (is_by_cholesky_) left_out_ = share;
     }
   }
   if (!is_by_cholesky_) lu_.compute(J_);
@@ -178,7 +180,8 @@ void Newton::solve_velocity(const Rod& rod, const Vector& q, const Loads& loads,
   solve_factored(target_, v);
   v = -v;
   double size = v.lpNorm<Eigen::Infinity>(), before = size;
-  if ((tangent_distance_ <= kCloseTangent && left_out_ <= kCloseTangent) || size == 0.0) return;
+  const double left_out = is_by_cholesky_ ? asymmetry(J_, symmetric_) : 0.0;
+  if ((tangent_distance_ <= kCloseTangent && left_out <= kCloseTangent) || size == 0.0) return;
   for (int pass = 0; pass < kMaxRefinements && std::isfinite(size) && size > 0.0; ++pass) {
     const double step = kDifference / size;
     q_ = q + step * v;
@@ -198,7 +201,7 @@ void Newton::solve_velocity(const Rod& rod, const Vector& q, const Loads& loads,
   rod.tangent(work, {.q = 1.0}, J_);
   is_by_cholesky_ = false;
   lu_.compute(J_);
-  tangent_distance_ = left_out_ = 0.0;
+  tangent_distance_ = 0.0;
   v = lu_.solve(target_);
   v = -v;
 }

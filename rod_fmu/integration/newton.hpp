@@ -72,7 +72,6 @@ class Newton {
   Eigen::LLT<Matrix> llt_;       // of a static tangent that is symmetric and positive definite
   bool is_by_cholesky_ = false;  // whether it holds the factors, not lu_
   double tangent_distance_ = 0.0;
-  double left_out_ = 0.0;  // of the tangent by its factors: the share that is not symmetric
 };
 
 }  // namespace rod
