@@ -30,8 +30,8 @@ ROD_INLINE void linearise_tca_direction(const RodConstants& rod, const Kinematic
 template <class Space, int packs, bool moving>
 ROD_INLINE void columns(const RodConstants& rod, const Kinematics& w, const std::array<double, 3>& weights,
                         const PerTca<double>& tension, double* J) {
-  using Linear = Space::Linear;
-  using Angular = Space::Angular;
+  using Linear = typename Space::Linear;
+  using Angular = typename Space::Angular;
   const Quadrature& grid = *rod.grid;
   const int unknowns = rod.unknowns();
   for (int i = 0; i < rod.count; ++i) {
@@ -79,8 +79,8 @@ ROD_INLINE void tangent(const RodConstants& rod, const Kinematics& w, const std:
 
 template <class Space, int packs>
 ROD_INLINE void rates(const RodConstants& rod, const Kinematics& w, const double* dv, const double* da, double* dr) {
-  using Linear = Space::Linear;
-  using Angular = Space::Angular;
+  using Linear = typename Space::Linear;
+  using Angular = typename Space::Angular;
   VectorField kappa1, lambda1, kappa2, lambda2;
   add_expansion<packs>(rod, dv, kappa1, lambda1);
   add_expansion<packs>(rod, da, kappa2, lambda2);

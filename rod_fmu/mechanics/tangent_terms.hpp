@@ -70,8 +70,8 @@ struct EndVariations {
 template <class Space, int packs, bool moving, class Variation>
 ROD_INLINE void linearise(const RodConstants& rod, const Kinematics& w, const Variation& d, VectorField& couple,
                           VectorField& force, [[maybe_unused]] EndVariations* ends = nullptr) {
-  using Linear = Space::Linear;
-  using Angular = Space::Angular;
+  using Linear = typename Space::Linear;
+  using Angular = typename Space::Angular;
   const Quadrature& grid = *rod.grid;
   const auto accumulate = [&](const auto& density, double scale, Vec3 SectionVariation::*part) ROD_LAMBDA_INLINE {
     auto sum = integral(grid.forward, density);
