@@ -10,6 +10,7 @@ import tca_cosim as tca
 from tca_cosim.cosim.signals import Constant, Impulse, Sine, Steps
 from tca_cosim.errors import SceneError
 from tca_cosim.scene.layers import find
+from tca_cosim.scene.loop_closure import closed_inside
 from tca_cosim.scene.summary import _number, _signal
 from tca_cosim.scene.toml_writer import _located
 
@@ -211,3 +212,43 @@ def test_values_of_a_table_are_in_range_and_in_order(rows: str, message: str | N
     with pytest.raises(SceneError) as error:
         tca.read(table)
     assert message in str(error.value)
+
+
+# -- what is wired and recorded
+
+
+def test_the_loop_is_closed_inside_where_the_master_would_close_it() -> None:
+    scene = tca.read("step", ["rod.closure=exchanged"])
+    closed = closed_inside(scene)
+    assert (scene.member("rod").value("closure"), closed.member("rod").value("closure")) == (2, 1)
+    dropped = {str(c) for c in scene.connections} - {str(c) for c in closed.connections}
+    assert dropped == {f"rod.delta[{i}] -> rod.delta_guess[{i}]" for i in (1, 2, 3)}
+    assert {str(c) for c in closed.connections} == {f"thermal.T[{i}] -> rod.T[{i}]" for i in (1, 2, 3)}
+    assert closed_inside(closed).connections == closed.connections
+
+
+def test_lists_have_the_shape_of_their_vector() -> None:
+    flat = tca.read({"stop_time": 1, "rod": {"segment": {"radius": [[5e-3, 4e-3]]}, "dynamic": False}}).member("rod")
+    assert flat.reals("segment.radius") == (5e-3, 4e-3)
+    with pytest.raises(
+        SceneError, match=r"rod.segment.radius = .*: another shape; give lists of 1 lists of 2 elements"
+    ):
+        tca.read({"stop_time": 1, "rod": {"segment": {"radius": [[5e-3, 4e-3, 3e-3]]}}})
+
+
+@pytest.mark.parametrize(
+    ("record", "message"),
+    [
+        ("rod.order", "record = 'rod.order': wrong type; give a list of 'fmu.variable'"),
+        (["rod.ordr"], "record = 'rod.ordr': no such variable; did you mean 'rod.order'?"),
+    ],
+)
+def test_what_cannot_be_recorded(record: Any, message: str) -> None:
+    with pytest.raises(SceneError) as error:
+        tca.read({"stop_time": 1, "record": record})
+    assert message in str(error.value)
+
+
+def test_vectors_are_recorded_whole() -> None:
+    recorded = tca.read({"stop_time": 1, "record": ["rod.tca.azimuth", "rod.order"]}).member("rod").recorded
+    assert recorded == {"tca.azimuth[1]", "tca.azimuth[2]", "tca.azimuth[3]", "order"}

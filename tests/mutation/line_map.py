@@ -49,11 +49,13 @@ class LineMap:
     def tests(self, module: str, first: int, last: int) -> list[str]:
         """Return the tests that execute some lines of a module, shortest first.
 
-        Lines that only run at import (no test executes them): all tests that execute any line of the module.
+        Lines that only run at import (no test executes them): all tests that execute any line of the module, or all
+        there are where a module is nothing but declarations.
         """
         covering = set().union(*(self.lines.get((module, line), set()) for line in range(first, last + 1)))
         if not covering:
             covering = set().union(*(tests for (name, _), tests in self.lines.items() if name == module))
+        covering = covering or set(self.seconds)
         return sorted(covering, key=lambda test: (self.seconds[test], test))
 
 
