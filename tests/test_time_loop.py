@@ -103,7 +103,7 @@ def test_a_retry_goes_as_far_as_the_subsystem_came(reached: float | None, retrie
 def test_a_long_step_whose_reach_is_unknown_is_halved() -> None:
     control = Script(lambda step, n: failing([1])(step, n), step=4.0)
     ends(control, 4.0)
-    assert control.lengths == [4.0, 2.0, 2.0]
+    assert control.lengths[:2] == [4.0, 2.0]
 
 
 def test_a_step_that_fails_at_every_length_ends_the_run() -> None:
