@@ -129,15 +129,15 @@ class StepLogs(Sequence[StepLog]):
         known: list[np.ndarray] = []
         for part, end in zip(self._parts, self._ends, strict=True):
             begin = end - len(part)
-            found = part.inverses if isinstance(part, StepBlock) else [log.inverse for log in part]
-            if isinstance(found, np.ndarray):
+            inverses = part.inverses if isinstance(part, StepBlock) else [log.inverse for log in part]
+            if isinstance(inverses, np.ndarray):
                 numbers.append(np.arange(begin, end))
-                known.append(found)
+                known.append(inverses)
                 continue
-            chosen = [k for k, inverse in enumerate(found) if inverse is not None]
+            chosen = [k for k, inverse in enumerate(inverses) if inverse is not None]
             if chosen:
                 numbers.append(begin + np.array(chosen))
-                known.append(np.array([found[k] for k in chosen]))
+                known.append(np.array([inverses[k] for k in chosen]))
         if not known:
             return np.zeros(0, dtype=int), np.zeros((0, 0, 0))
         return np.concatenate(numbers), np.concatenate(known)
