@@ -291,7 +291,10 @@ def test_wrong_parameters_are_refused(scene: Scene, free: str, message: str) -> 
         ("time,heat.T\n1,300\n", "no FMU 'heat'"),
         ("time,thermal.T[1]\n9,300\n", "set stop_time"),
         ("time,thermal.T[1]\n1,\n2,\n", "has no sample"),
-        ("time,thermal.T[1]\n2,300\n1,300\n", "times that increase"),
+        ("time,thermal.T[1]\n2,300\n1,300\n", "time 1 s in row 2 after 2 s; give finite times that increase"),
+        ("time,thermal.T[1]\n1,300\n1,300\n", "time 1 s in row 2 after 1 s"),
+        ("time,thermal.T[1]\n,300\n1,300\n", "time nan s in row 1; give finite times"),
+        (f"time,thermal.T[1]\n1,{'9' * 200_000}\n", r"data\.csv: no table \(field larger than"),
         ("time,thermal.T[1] [V]\n1,300\n", "unit"),
         ("", "no rows"),
         ("# nothing but a comment\n", "no rows"),
@@ -304,6 +307,49 @@ def test_wrong_data_are_refused(scene: Scene, text: str, message: str, tmp_path:
     (tmp_path / "data.csv").write_text(text)
     with pytest.raises(tca.SceneError, match=message):
         read_measurements(scene, tmp_path / "data.csv")
+
+
+@pytest.mark.parametrize(
+    ("free", "message"),
+    [
+        (["thermal.tca.R", "thermal.tca.R"], r"thermal\.tca\.R: it is named twice; name it once"),
+        (["thermal.tca.R", "thermal.tca.R[2]"], r"both set thermal\.tca\.R\[2\]; free one of them"),
+        (["rod.body.E", "rod.segment.E[1]"], r"rod\.body\.E and rod\.segment\.E\[1\]: both set rod\.segment\.E\[1\]"),
+    ],
+)
+def test_no_parameter_is_free_twice(scene: Scene, free: list[str], message: str) -> None:
+    with pytest.raises(tca.SceneError, match=message):
+        read_free(scene, free)
+    assert len(read_free(scene, ["thermal.tca.R[1]", "thermal.tca.R[2]", "rod.body.E"])) == 3
+
+
+def test_what_the_data_do_not_touch_is_named_in_finite_numbers(scene: Scene, exact: xr.Dataset) -> None:
+    """A density in a quasi-static scene: alone, and with a prior that is all there is to know."""
+    data = measurements_of(scene, exact["time"].to_numpy()[1:], {"thermal.T[3]": exact["thermal.T"].to_numpy()[1:, 2]})
+    alone = identify([(scene, data)], read_free(scene, ["rod.body.rho"]))
+    assert alone.undetermined == (("rod.body.rho",),)
+    assert np.isfinite([*alone.deviations, *alone.intervals.ravel(), *alone.correlations.ravel()]).all()
+    known = identify([(scene, data)], read_free(scene, ["rod.body.rho~1000:10"]))
+    assert known.deviations[0] == pytest.approx(10.0)
+    assert "the data add nothing to the prior of rod.body.rho; measure what depends on it" in warnings_of(known)
+
+
+def test_options_of_the_command_that_contradict_each_other(scene: Scene, exact: xr.Dataset, tmp_path: Path) -> None:
+    path = tmp_path / "data.csv"
+    rows = zip(exact["time"].to_numpy()[1:], exact["thermal.T"].to_numpy()[1:, 2], strict=True)
+    path.write_text("time,thermal.T[3]\n" + "".join(f"{t},{T}\n" for t, T in rows), encoding="utf-8")
+    base = ["identify", "step", "--data", str(path), "--free", "thermal.tca.R", "--out", str(tmp_path)]
+    for options, message in (
+        (["--noise", "thermal.T=0.2", "--noise", "thermal.T=0.3"], "--noise thermal.T=0.3: given twice; keep one"),
+        (["--noise", "thermal.T=inf"], "give a positive, finite standard deviation"),
+        (["--noise", "thermal.T[3]=0.2"], "give that of the whole vector; measured are thermal.T"),
+        (["--also", f"step={path}"], "these measurements are there already; give each once"),
+        (["--free", "thermal.h=-3:-1"], "--free thermal.h=-3:-1: no value in these bounds"),  # and no emoji
+    ):
+        outcome = CliRunner().invoke(tca.cli.app, [*base, *options])
+        assert outcome.exit_code == 2
+        assert message in outcome.output
+    assert list(tmp_path.iterdir()) == [path]
 
 
 def test_semicolons_and_other_units_of_time_are_read(scene: Scene, tmp_path: Path) -> None:

@@ -186,6 +186,8 @@ def test_files_say_the_same_in_every_kind(tmp_path: Path) -> None:
     [
         ("x.npz", b"no archive", "not a linear model"),
         ("x.json", b"{}", "not a linear model"),
+        ("x.npz", b"PK\x03\x04 cut off", "not a linear model"),
+        ("x.npz", b"", "not a linear model"),
         ("x.txt", b"", r"read from \.npz and \.json"),
     ],
 )
@@ -203,6 +205,27 @@ def test_heat_without_continuous_states_is_refused_and_the_remedies_work() -> No
     reduced = linearise("fan", 1.0, {"thermal.level": "reduced", "thermal.convection": "constant"})
     lumped = linearise("fan", 1.0, {"thermal.level": "lumped"})
     assert len(reduced.A) > len(lumped.A) > 0
+
+
+def test_what_cannot_be_reduced_or_answered_is_refused() -> None:
+    model = linearise("step", 1.0)
+    for options, message in (
+        ({"order": 31}, "give 1 to 30"),
+        ({"order": 2.5}, "give 1 to 30"),
+        ({"order": 3, "tolerance": 0.1}, "each decides alone; give one of them"),
+        ({"tolerance": float("nan")}, "give a share between 0 and 1"),
+        ({"tolerance": -1.0}, "give a share between 0 and 1"),
+    ):
+        with pytest.raises(tca.SceneError, match=message):
+            balanced_truncation(model, **options)
+    for order in (None, 1):
+        with pytest.raises(tca.SceneError, match="no state connects these inputs and outputs"):
+            balanced_truncation(model.select("rod.tip_force", "rod.tip.p"), order)
+    for response in (model.impulse_response, model.step_response, model.frequency_response):
+        with pytest.raises(tca.SceneError, match="give finite numbers"):
+            response([0.0, float("nan")])
+    with pytest.raises(tca.SceneError, match=r"times: -1; give finite numbers from 0 on"):
+        model.step_response([-1.0])
 
 
 def test_times_outside_of_the_scene_are_refused() -> None:

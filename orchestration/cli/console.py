@@ -53,11 +53,11 @@ class _Out:
 
     @property
     def console(self) -> Console:
-        """The console, on which [s] and [m] are units and no markup."""
+        """The console, on which [s] and [m] are units and no markup, and :1: is a range and no picture."""
         from rich.console import Console
 
         if self._console is None:
-            self._console = Console(markup=False)
+            self._console = Console(markup=False, emoji=False)
         return self._console
 
     def print(self, *what: Any, **how: Any) -> None:
@@ -132,7 +132,7 @@ def _say(kind: str, text: str, style: str = "bold red") -> None:
     from rich.console import Console
 
     Console(stderr=True).print(f"[{style}]{kind}:[/] ", end="")
-    Console(stderr=True, soft_wrap=True, highlight=False, markup=False).print(text)
+    Console(stderr=True, soft_wrap=True, highlight=False, markup=False, emoji=False).print(text)
 
 
 def _text(error: Exception) -> str:

@@ -53,14 +53,23 @@ def command(
     with reported():
         first = read(scene, override)
         experiments = [(first, read_measurements(first, data))]
+        known = {(scene, data.resolve())}
         for text in also or []:
             name, equals, file = text.partition("=")
             if not equals:
                 raise SceneError(f"--also {text}: not of the form SCENE=FILE, such as switch=switch.csv")
+            if (name, Path(file).resolve()) in known:
+                raise SceneError(f"--also {text}: these measurements are there already; give each once")
+            known.add((name, Path(file).resolve()))
             described = read(name, override)
             experiments.append((described, read_measurements(described, Path(file))))
         names = [part for text in free for part in text.split()]
-        sensors = dict(_deviation(text) for text in noise or [])
+        sensors: dict[str, float] = {}
+        for text in noise or []:
+            name, deviation = _deviation(text)
+            if name in sensors:
+                raise SceneError(f"--noise {text}: given twice; keep one")
+            sensors[name] = deviation
         estimate = identify(experiments, read_free(first, names), sensors, offset or ())
         resampled = None
         if repeats:

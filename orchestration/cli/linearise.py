@@ -8,7 +8,6 @@ from typing import Annotated
 import typer
 from rich.table import Table
 
-from ..errors import SceneError
 from .console import out, reported, written
 from .options import Folder, Overrides, SceneName
 
@@ -42,8 +41,6 @@ def command(
     from ..linear.storage import ENDINGS
 
     with reported():
-        if tolerance is not None and not 0.0 < tolerance < 1.0:
-            raise SceneError(f"--tolerance {tolerance}: give a share between 0 and 1, such as 1e-4")
         model = linearise(scene, at, override).select(inputs or (), outputs or ())
         if order is not None or tolerance is not None:
             model = balanced_truncation(model, order, tolerance)

@@ -25,6 +25,7 @@ NOISE_ROUNDS = 2  # repetitions with the noise that the residuals show
 UNCERTAIN = 0.5  # relative standard deviation of a combination of parameters from which on the data do not tell it
 INVOLVED = 0.2  # share of a parameter in such a combination from which on it is named
 LEAST_SIZE = 0.1  # share of its start that a parameter has at least where deviations are relative: it may be 0
+NO_INFLUENCE = 1e-100  # singular value taken where no parameter changes any prediction: numbers stay finite
 CONFIDENCE = 0.95
 
 
@@ -129,7 +130,7 @@ def _described(fit: Fit, x: np.ndarray) -> Estimate:
         for s, v in zip(singular, directions, strict=True)
         if s * UNCERTAIN < 1.0
     ]
-    floor = singular.max() * np.finfo(float).eps * len(J)
+    floor = max(singular.max() * np.finfo(float).eps * len(J), NO_INFLUENCE)
     inverse = np.where(singular > floor, 1.0 / np.maximum(singular, floor), 1.0 / floor)
     root = (directions.T * inverse) * (size * fit.scales)[:, None]
     covariance = root @ root.T

@@ -44,9 +44,10 @@ class Fit:
         self.vectors = list(dict.fromkeys(split_index(name)[0] for name in outputs))
         for name in noise:
             if name not in self.vectors:
-                raise SceneError(f"noise of {name!r}: not measured; measured are {', '.join(self.vectors)}")
-            if not noise[name] > 0.0:
-                raise SceneError(f"noise of {name!r} = {noise[name]}: give a positive standard deviation")
+                why = "give that of the whole vector" if name in outputs else "not measured"
+                raise SceneError(f"noise of {name!r}: {why}; measured are {', '.join(self.vectors)}")
+            if not 0.0 < noise[name] < np.inf:
+                raise SceneError(f"noise of {name!r} = {noise[name]}: give a positive, finite standard deviation")
         self.offsets = [name for name in outputs if name in offsets or split_index(name)[0] in offsets]
         unknown = [o for o in offsets if o not in outputs and o not in self.vectors]
         if unknown:
@@ -56,7 +57,9 @@ class Fit:
         self.knows_all_noise = set(noise) == set(self.vectors)
         self.samples = sum(int(np.isfinite(p.measured.values).sum()) for p in predictors)
         if self.samples <= len(free) + len(self.offsets):
-            raise SceneError(f"{self.samples} samples for {len(free) + len(self.offsets)} unknowns; measure more")
+            raise SceneError(
+                f"samples: {self.samples}, unknowns: {len(free) + len(self.offsets)}; measure more, or free less"
+            )
         spread = {v: self._spread(v) for v in self.vectors}
         self.sigma = spread | noise
         self.scales = np.array([p.scale for p in free] + [spread[split_index(o)[0]] for o in self.offsets])

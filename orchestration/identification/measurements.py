@@ -51,8 +51,13 @@ def measurements_of(
         An output that the scene does not have, times outside of it, or no sample at all.
     """
     when = np.asarray(times, dtype=float)
-    if not values or when.ndim != 1 or not when.size or not np.isfinite(when).all() or (np.diff(when) <= 0.0).any():
-        raise SceneError("measurements need times that increase, and an output at least")
+    if not values or when.ndim != 1 or not when.size:
+        raise SceneError("measurements need times, and an output at least; give them")
+    wrong = ~np.isfinite(when) | np.concatenate([[False], np.diff(when) <= 0.0])
+    if wrong.any():
+        row = int(np.argmax(wrong))
+        after = f" after {when[row - 1]:g} s" if row and np.isfinite(when[row]) else ""
+        raise SceneError(f"measurements: time {when[row]:g} s in row {row + 1}{after}; give finite times that increase")
     if when[0] < scene.start_time or when[-1] > scene.stop_time * (1.0 + 1e-12):
         raise SceneError(
             f"measurements from {when[0]:g} s to {when[-1]:g} s: the scene runs from {scene.start_time:g} s to "
@@ -60,11 +65,15 @@ def measurements_of(
         )
     for name in values:
         _output(scene, name)
-    table = np.array([np.asarray(column, dtype=float) for column in values.values()]).T
+    try:
+        table = np.array([np.asarray(column, dtype=float) for column in values.values()]).T
+    except (TypeError, ValueError) as error:
+        raise SceneError(f"measurements: {error}; give numbers, as many of each output as times") from error
     if table.shape != (when.size, len(values)) or np.isinf(table).any():
         raise SceneError("measurements need as many values of each output as times, finite or missing (nan)")
-    if np.isnan(table).all(axis=0).any():
-        raise SceneError("a column of the measurements has no sample; leave it out")
+    for name, column in zip(values, table.T, strict=True):
+        if np.isnan(column).all():
+            raise SceneError(f"measurements of {name!r}: the column has no sample; leave it out")
     return Measurements(when, tuple(values), table)
 
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from ..errors import SceneError
 from ..fmi.archive import similar
 from ..scene import Member, Scene
+from ..scene.columns import repeated
 
 __all__ = ["FreeParameter", "read_free"]
 
@@ -57,8 +58,16 @@ def read_free(scene: Scene, texts: Sequence[str]) -> tuple[FreeParameter, ...]:
     if not texts:
         raise SceneError("nothing is free; name parameters to estimate, such as thermal.tca.R")
     free = tuple(_read(scene, text) for text in texts)
-    if len({p.name for p in free}) < len(free):
-        raise SceneError("a free parameter is named twice; name each once")
+    names = [p.name for p in free]
+    twice = repeated(names)
+    if twice is not None:
+        raise SceneError(f"--free {twice}: it is named twice; name it once")
+    owners: dict[str, str] = {}
+    for name in names:
+        for element in _elements(scene, name):
+            other = owners.setdefault(element, name)
+            if other != name:
+                raise SceneError(f"--free {other} and {name}: both set {element}; free one of them")
     return free
 
 
@@ -96,6 +105,17 @@ def _read(scene: Scene, text: str) -> FreeParameter:
         )
     inside = min(max(start, least), most)
     return FreeParameter(name.strip(), inside, least, most, variable.unit, prior)
+
+
+def _elements(scene: Scene, name: str) -> list[str]:
+    """Return the variables that a free parameter sets: those of a vector, and for the body's those of its segments."""
+    member, _, parameter = name.partition(".")
+    archive = scene.member(member).archive
+    elements = list(archive.vectors.get(parameter, (parameter,)))
+    if parameter.startswith(_BODY):
+        of_segments = f"{_SEGMENT}{parameter.removeprefix(_BODY)}["
+        elements += [v for v in archive.variables if v.startswith(of_segments)]
+    return [f"{member}.{element}" for element in elements]
 
 
 def _common_value(text: str, member: Member, parameter: str, elements: Sequence[str]) -> float:

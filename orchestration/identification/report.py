@@ -16,6 +16,7 @@ from .resampling import Bootstrap
 __all__ = ["as_dict", "parameter_set", "table", "warnings_of"]
 
 UNEXPLAINED = 1.0  # residuals over the standard deviation of the measurements from which on a fit says nothing
+PRIOR_ALONE = 0.99  # deviation over that of the prior from which on the data add nothing
 STRONG = 0.95  # correlation from which on it is named
 PLACES = tuple(f"tca.{key}" for key in ("offset", "offset_end", "azimuth", "helix", "first_segment", "last_segment"))
 
@@ -53,6 +54,11 @@ def warnings_of(estimate: Estimate, resampled: Bootstrap | None = None) -> list[
         "units, times and the scene"
         for name, rms in estimate.residuals.items()
         if rms > UNEXPLAINED * estimate.spread[name] > 0.0
+    ]
+    texts += [
+        f"the data add nothing to the prior of {parameter.name}; measure what depends on it"
+        for parameter, deviation in zip(estimate.free, estimate.deviations, strict=False)
+        if parameter.prior is not None and deviation > PRIOR_ALONE * parameter.prior[1]
     ]
     named = {name for names in estimate.undetermined for name in names}
     for i, j in zip(*np.triu_indices(len(estimate.names), 1), strict=True):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
@@ -101,28 +102,49 @@ class LinearModel:
         return values[np.argsort(np.abs(values))]
 
     def frequency_response(self, frequencies: np.ndarray) -> np.ndarray:
-        """Return C (i w - A)^-1 B + D, complex (f, p, m), at frequencies (f,) [Hz]."""
+        """Return C (i w - A)^-1 B + D, complex (f, p, m), at frequencies (f,) [Hz].
+
+        Raises SceneError where a frequency is not finite, or that of an undamped pole.
+        """
         eye = np.eye(len(self.A))
-        return np.array(
-            [
-                self.C @ np.linalg.solve(2j * np.pi * f * eye - self.A, self.B) + self.D
-                for f in np.atleast_1d(frequencies)
-            ]
-        )
+        responses = []
+        for f in _finite("frequencies", frequencies):
+            try:
+                responses.append(self.C @ np.linalg.solve(2j * np.pi * f * eye - self.A, self.B) + self.D)
+            except np.linalg.LinAlgError as error:
+                raise SceneError(f"frequency {f:g} Hz: an undamped pole of the model; choose another") from error
+        return np.array(responses)
 
     def impulse_response(self, times: np.ndarray) -> np.ndarray:
-        """Return C exp(A t) B, (t, p, m), at times (t,) > 0 [s]; the part D delta(t) is left out."""
-        return np.array([self.C @ expm(self.A * t) @ self.B for t in np.atleast_1d(times)])
+        """Return C exp(A t) B, (t, p, m), at times (t,) >= 0 [s]; the part D delta(t) is left out.
+
+        Raises SceneError for other times.
+        """
+        return np.array([self.C @ expm(self.A * t) @ self.B for t in _finite("times", times, 0.0)])
 
     def step_response(self, times: np.ndarray) -> np.ndarray:
-        """Return the outputs (t, p, m) at times (t,) [s] after unit steps of each input at t = 0."""
+        """Return the outputs (t, p, m) at times (t,) >= 0 [s] after unit steps of each input at t = 0.
+
+        Raises SceneError for other times.
+        """
         n, m = self.B.shape
         augmented = np.zeros((n + m, n + m))
         augmented[:n, :n], augmented[:n, n:] = self.A, self.B
-        return np.array([self.C @ expm(augmented * t)[:n, n:] + self.D for t in np.atleast_1d(times)])
+        return np.array([self.C @ expm(augmented * t)[:n, n:] + self.D for t in _finite("times", times, 0.0)])
+
+
+def _finite(what: str, values: np.ndarray, least: float = -np.inf) -> np.ndarray:
+    """Return values as an array. Raises SceneError where one is not finite, or below the least."""
+    array = np.atleast_1d(np.asarray(values, dtype=float))
+    wrong = array[~(np.isfinite(array) & (array >= least))]
+    if wrong.size:
+        raise SceneError(f"{what}: {wrong[0]:g}; give finite numbers" + (f" from {least:g} on" * math.isfinite(least)))
+    return array
 
 
 def _chosen(names: Sequence[str], quantities: Sequence[Quantity], what: str) -> list[int]:
+    if isinstance(names, str):
+        names = (names,)
     if not names:
         return list(range(len(quantities)))
     chosen: list[int] = []

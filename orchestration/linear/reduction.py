@@ -20,8 +20,8 @@ __all__ = ["balanced_truncation", "hankel_singular_values", "minimal_structure"]
 
 def hankel_singular_values(model: LinearModel) -> np.ndarray:
     """Return the Hankel singular values (n,) in nominal units, decreasing. Raises SceneError as below."""
-    _, values, _ = _balance(minimal_structure(model))
-    return values
+    model = minimal_structure(model)
+    return _balance(model)[1] if len(model.A) else np.zeros(0)
 
 
 def minimal_structure(model: LinearModel) -> LinearModel:
@@ -52,7 +52,7 @@ def balanced_truncation(model: LinearModel, order: int | None = None, tolerance:
     order : int, optional
         Number of states.
     tolerance : float, optional
-        Bound of the error's gain as a share of the largest Hankel singular value; used without `order`. Default: 1e-6.
+        Bound of the error's gain as a share of the largest Hankel singular value, instead of `order`. Default: 1e-6.
 
     Returns
     -------
@@ -62,11 +62,18 @@ def balanced_truncation(model: LinearModel, order: int | None = None, tolerance:
     Raises
     ------
     SceneError
-        The model has a pole on or right of the imaginary axis, or `order` is not in 1..n.
+        The model has a pole on or right of the imaginary axis, `order` is not in 1..n, `tolerance` not between 0 and 1,
+        or both are given.
     """
+    if order is not None and tolerance is not None:
+        raise SceneError(f"order = {order} and tolerance = {tolerance:g}: each decides alone; give one of them")
+    if tolerance is not None and not 0.0 < tolerance < 1.0:
+        raise SceneError(f"tolerance = {tolerance:g}: give a share between 0 and 1, such as 1e-4")
     model = minimal_structure(model)
     n = len(model.A)
-    if order is not None and not 1 <= order <= n:
+    if not n:
+        raise SceneError("no state connects these inputs and outputs, so there is nothing to reduce; choose others")
+    if order is not None and order not in range(1, n + 1):
         raise SceneError(f"order = {order}: the model has {n} states; give 1 to {n}")
     left, values, right = _balance(model)
     bounds = 2.0 * np.append(np.cumsum(values[::-1])[::-1][1:], 0.0)  # of k + 1 states
@@ -98,8 +105,6 @@ def _balance(model: LinearModel) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     The square-root method: with the Gramians P = L L^T, Q = M M^T and M^T L = U S V^T, W = M U S^-1/2, T = L V S^-1/2.
     """
     poles = np.linalg.eigvals(model.A)
-    if not len(poles):
-        raise SceneError("the model has no states, so there is nothing to reduce")
     integrators = np.flatnonzero(~np.any(model.A != 0.0, axis=0))
     if integrators.size:
         follow = np.any(model.C[:, integrators] != 0.0, axis=1)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 from typing import Any
+from zipfile import BadZipFile
 
 import numpy as np
 from scipy.io import savemat
@@ -71,7 +72,7 @@ def load(path: Path) -> LinearModel:
         time, scene, notes = content["time"], content["scene"], tuple(content["notes"])
         states, inputs, outputs = (groups[group] for group in _GROUPS)
         return LinearModel(A, B, C, D, states, inputs, outputs, x_0, u_0, y_0, drift, time, scene, notes)
-    except (OSError, KeyError, ValueError, TypeError) as error:
+    except (OSError, EOFError, BadZipFile, KeyError, ValueError, TypeError) as error:
         raise SceneError(f"{path}: not a linear model of tca-cosim linearise ({error}); write it again") from error
 
 

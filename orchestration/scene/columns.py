@@ -137,7 +137,7 @@ def read_samples(path: Path) -> tuple[list[tuple[str, str]], list[list[float]]]:
     lines = [line for line in lines if not line.startswith("#")]
     if len(lines) < 2:
         raise ValueError(f"{path}: no rows; give a line of names and at least one row of numbers")
-    head, *rows = csv.reader(lines, delimiter=_delimiter(lines[0]))
+    head, *rows = _cells(lines, path)
     heads = [split_head(cell) for cell in head]
     twice = repeated([name for name, _ in heads])
     if twice is not None:
@@ -154,6 +154,14 @@ def read_samples(path: Path) -> tuple[list[tuple[str, str]], list[list[float]]]:
             ) from error
     times, *values = [list(column) for column in zip(*table, strict=True)]
     return heads, [convert_column(times, heads[0][1], _TIME, path), *values]
+
+
+def _cells(lines: Sequence[str], path: Path) -> list[list[str]]:
+    """Split lines into cells. Raises ValueError where they are no table."""
+    try:
+        return list(csv.reader(lines, delimiter=_delimiter(lines[0])))
+    except csv.Error as error:
+        raise ValueError(f"{path}: no table ({error}); check its quotes and separators") from error
 
 
 def _delimiter(line: str) -> str:
@@ -195,7 +203,7 @@ def _read(path: Path, modified: int, time: str | None = None) -> tuple[list[str]
     if len(lines) < 2:
         raise ValueError(f"{path}: no rows; give a line of names and at least one row of numbers")
     _require_few(len(lines), path)
-    head, *body = csv.reader(lines, delimiter=_delimiter(lines[0]))
+    head, *body = _cells(lines, path)
     names, stated = [split_head(cell)[0] for cell in head], [split_head(cell)[1] for cell in head]
     rows = []
     for number, row in enumerate(body, 1):
