@@ -73,6 +73,18 @@ def test_limits_swap_where_a_factor_is_negative() -> None:
     assert (port.nominal, port.start, port.least, port.most) == (2.0, -2.0, -4.0, 2.0)
 
 
+def test_the_tangent_by_a_source_has_its_factor() -> None:
+    system = linear("system", [-1], [1, 2], [3], [5, 6], [0], "u v", "y")
+    seen = convert_inputs(system, [Connection(("a", "y"), ("system", "v"), 4.0, 7.0)])
+    np.testing.assert_array_equal(seen.tangent(np.array([0, 1])), [[5.0, 24.0]])
+
+
+def test_time_in_subsystems_is_counted() -> None:
+    master, _ = couple(*dahlquist(), stop=0.5, step=0.1)
+    assert all(node.seconds > 0.0 for node in master.nodes)
+    assert sum(node.seconds for node in master.nodes) < master.seconds
+
+
 def test_the_tangent_of_a_linear_system_is_its_feedthrough() -> None:
     system = linear("system", [-1], [1, 2], [3, 4], [5, 6, 7, 8], [0], "u v", "x y")
     assert isinstance(system, Linear)

@@ -252,3 +252,28 @@ def test_what_cannot_be_recorded(record: Any, message: str) -> None:
 def test_vectors_are_recorded_whole() -> None:
     recorded = tca.read({"stop_time": 1, "record": ["rod.tca.azimuth", "rod.order"]}).member("rod").recorded
     assert recorded == {"tca.azimuth[1]", "tca.azimuth[2]", "tca.azimuth[3]", "order"}
+
+
+@pytest.mark.parametrize(
+    ("radius", "offset", "message"),
+    [
+        ("4.5 mm", "2.2 mm", None),
+        ("4 mm", "2 mm", None),
+        ("5 mm", "2.5 mm", None),
+        ("3.9 mm", "2.2 mm", "body.radius = 0.0039 m"),
+        ("5.1 mm", "2.2 mm", "body.radius = 0.0051 m"),
+        ("4.5 mm", "1.9 mm", "tca.offset[1] = 0.0019 m"),
+        ("4.5 mm", "2.6 mm", "tca.offset[1] = 0.0026 m"),
+    ],
+)
+def test_a_section_occurs_in_its_part_of_the_body(radius: str, offset: str, message: str | None) -> None:
+    """The rod goes from 5 to 4 mm, its TCAs from 2.5 to 2 mm; the thermal FMU has one section of it."""
+    overrides = ["rod.segment.radius[1,2]=4 mm", *(f"rod.tca.offset_end[{i}]=2 mm" for i in (1, 2, 3))]
+    overrides += [f"thermal.body.radius={radius}", *(f"thermal.tca.offset[{i}]={offset}" for i in (1, 2, 3))]
+    if message is None:
+        tca.read("step", overrides)
+        return
+    with pytest.raises(SceneError) as error:
+        tca.read("step", overrides)
+    assert message in str(error.value)
+    assert "lies in a part of the body with" in str(error.value)
