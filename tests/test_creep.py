@@ -154,3 +154,24 @@ def test_creep_without_its_option_and_in_the_reference() -> None:
         tca.read({**HANGING, "body": {"tcas": 1, "creep": 1}})
     with pytest.raises(tca.SceneError, match="a TCA that creeps"):
         reference.run(tca.read(HANGING))
+
+
+@pytest.mark.parametrize(
+    ("change", "coupling"),
+    [
+        ({"tca.creep_time": 1e-3}, {}),
+        ({"tca.creep_compliance": 0.0}, {}),
+        ({}, {"macro_step": 1e-5}),
+    ],
+)
+def test_creep_too_fast_to_be_followed_says_what_helps(change: dict[str, Any], coupling: dict[str, Any]) -> None:
+    """A retardation time of 1e-12 s, where the shortest step of creep is 1e-10 of a macro step of half a second."""
+    rod = {**HANGING["rod"], "tca.creep_time": 1e-12}
+    table = {**HANGING, "stop_time": 0.5, "coupling": {"macro_step": 0.5, "halvings": 0}}
+    with pytest.raises(tca.CouplingError, match=r"too fast to be followed; give it more time \(tca\.creep_time"):
+        tca.run({**table, "rod": rod})
+    short = {"stop_time": 3e-5} if coupling else {}
+    result = tca.run({**table, **short, "rod": {**rod, **change}, "coupling": {**table["coupling"], **coupling}})
+    limit = J * K * FORCE / (body_stiffness() + K) / (1.0 + J * K * body_stiffness() / (body_stiffness() + K))
+    expected = 0.0 if change.get("tca.creep_compliance") == 0.0 else limit
+    assert float(result["rod.creep"][-1, 0]) == pytest.approx(expected, rel=1e-5)

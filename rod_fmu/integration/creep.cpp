@@ -81,7 +81,10 @@ StepOutcome CreepIntegrator::step(Rod& rod, const Inputs& u, double h, double to
       set_creep(rod, z);
       state.next_step = 0.0;
       if (status.is_ok())
-        status = core::Status::discard("the creep of a TCA cannot be followed", "reduce the loads or raise tolerance");
+        status = core::Status::discard(
+            "the creep of a TCA is too fast to be followed",
+            "give it more time (tca.creep_time, a smaller tca.creep_activation), take shorter steps, or leave it out "
+            "(tca.creep_compliance = 0)");
       return {reached, std::move(status)};
     }
   }

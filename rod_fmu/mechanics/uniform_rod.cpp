@@ -155,6 +155,18 @@ void UniformRod::load_derivative(const Workspace& work, const Loads& loads, cons
 
 UniformRod::StrainRange UniformRod::strain_range(const double* q) const {
   const Quadrature& grid = *constants_.grid;
+  // Legendre's polynomials are at most 1, so a strain is at most the sum of its coefficients. Where that is within the
+  // range already, as in most rods, the bounds are answer enough.
+  double bend = std::sqrt(dot(constants_.kappa, constants_.kappa)), compression = 0.0;
+  const double* coefficient = q;
+  for (int a = 0; a < constants_.terms; ++a)
+    for (const int c : components_) {
+      const double size = std::abs(*coefficient++);
+      if (c < 3) bend += size;
+      if (c == 5) compression += size;
+    }
+  if (bend <= grid.max_curvature && compression < constants_.lambda.z)
+    return {.curvature = bend, .max_curvature = grid.max_curvature, .stretch = constants_.lambda.z - compression};
   VectorField kappa, lambda;
   for (int p = 0; p < grid.packs; ++p)
     kappa.set(p, broadcast(constants_.kappa)), lambda.set(p, broadcast(constants_.lambda));

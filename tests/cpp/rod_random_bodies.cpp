@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <random>
+#include <sstream>
 
 #include "mechanics/segmented_rod.hpp"
 #include "rod_support.hpp"
@@ -105,6 +106,14 @@ Momentum momentum(const Parameters& p, const Workspace& work) {
 
 double size(const Vec3& a) { return std::sqrt(dot(a, a)); }
 
+/// Checks a relative error and writes it into the test's report (--gtest_output=json).
+void expect_small(const char* what, double error, double scale) {
+  EXPECT_LT(error, 1e-9 * scale) << what;
+  std::ostringstream text;
+  text << error / scale;
+  testing::Test::RecordProperty(what, text.str());
+}
+
 }  // namespace
 
 TEST_P(Bodies, DerivativesAreExact) {
@@ -125,7 +134,7 @@ TEST_P(Bodies, DerivativesAreExact) {
     rod.residual(q.data(), v.data(), a.data(), loads, other, out);
     return out;
   };
-  EXPECT_LT(rod_test::error(along, J * d.q), 1e-9 * J.norm() * d.q.norm());
+  expect_small("tangent", rod_test::error(along, J * d.q), J.norm() * d.q.norm());
 
   Vector dr;
   rod.rate_derivative(work, d.v, d.a, dr);
@@ -134,14 +143,14 @@ TEST_P(Bodies, DerivativesAreExact) {
     rod.residual(x.q.data(), v.data(), a.data(), loads, other, out);
     return out;
   };
-  EXPECT_LT(rod_test::error(rates, dr), 1e-9 * dr.norm());
+  expect_small("by_rates", rod_test::error(rates, dr), dr.norm());
 
   rod.load_derivative(work, loads, load_rates_at(u, 0.0), dr);
   const auto in_time = [&](double e) {
     rod.residual(x.q.data(), x.v.data(), x.a.data(), loads_at(u, e), other, out);
     return out;
   };
-  EXPECT_LT(rod_test::error(in_time, dr), 1e-9 * (dr.norm() + r.norm()));
+  expect_small("by_loads", rod_test::error(in_time, dr), dr.norm() + r.norm());
 
   rod.static_residual(x.q.data(), loads, work, r);
   rod.tangent(work, {.q = 1.0}, J);
@@ -150,7 +159,7 @@ TEST_P(Bodies, DerivativesAreExact) {
     rod.static_residual(q.data(), loads, other, out);
     return out;
   };
-  EXPECT_LT(rod_test::error(at_rest, J * d.q), 1e-9 * J.norm() * d.q.norm());
+  expect_small("static_tangent", rod_test::error(at_rest, J * d.q), J.norm() * d.q.norm());
 }
 
 TEST_P(Bodies, ForcesOfTheClampChangeTheMomentum) {
@@ -197,8 +206,8 @@ TEST_P(Bodies, ForcesOfTheClampChangeTheMomentum) {
   const Vec3 weight = p.tip_body.mass * loads.gravity;
   force = force + weight, moment = moment + cross(tip.p + tip.R * vector(p.tip_body.centre), weight);
   const Vec3 dp = slope(&Momentum::linear), dh = slope(&Momentum::angular);
-  EXPECT_LT(size(vector(y.base_force) + force - dp), 1e-9 * size(dp));
-  EXPECT_LT(size(vector(y.base_moment) + moment - dh), 1e-9 * size(dh));
+  expect_small("clamp_force", size(vector(y.base_force) + force - dp), size(dp));
+  expect_small("clamp_moment", size(vector(y.base_moment) + moment - dh), size(dh));
 }
 
 INSTANTIATE_TEST_SUITE_P(Random, Bodies,
