@@ -74,25 +74,54 @@ SymmetricFactor::SymmetricFactor(const SparseMatrix& matrix) : order_(order_of(m
   for (std::size_t k = 0; k < order_->source.size(); ++k) upper_.valuePtr()[k] = matrix.valuePtr()[order_->source[k]];
   diagonal_.reserve(order_->diagonal.size());
   for (const Index entry : order_->diagonal) diagonal_.push_back(upper_.valuePtr()[entry]);
-  ldlt_.analyzePattern(upper_);
+  {
+    const core::SpinLock lock(is_taken);
+    if (!order_->idle.empty()) {
+      ldlt_ = std::move(order_->idle.back());
+      order_->idle.pop_back();
+    }
+  }
+  if (ldlt_) return;
+  ldlt_ = std::make_unique<LdlSolver>();
+  ldlt_->analyzePattern(upper_);
+}
+
+SymmetricFactor::~SymmetricFactor() {
+  const core::SpinLock lock(is_taken);
+  order_->idle.push_back(std::move(ldlt_));
 }
 
 void SymmetricFactor::factor(const Eigen::VectorXd& added) {
   for (std::size_t row = 0; row < diagonal_.size(); ++row)
     upper_.valuePtr()[order_->diagonal[row]] = diagonal_[row] + added[static_cast<Index>(row)];
-  ldlt_.factorize(upper_);
+  ldlt_->factorize(upper_);
 }
 
 void SymmetricFactor::factor(double shift) {
   for (std::size_t row = 0; row < diagonal_.size(); ++row)
     upper_.valuePtr()[order_->diagonal[row]] = diagonal_[row] + shift;
-  ldlt_.factorize(upper_);
+  ldlt_->factorize(upper_);
 }
 
+/// Substitutes in L, D and L', all columns of the right side at once: rows of them lie side by side.
 Eigen::MatrixXd SymmetricFactor::solve(const Eigen::MatrixXd& right) const {
-  Eigen::MatrixXd turned = order_->to * right;
-  turned = ldlt_.solve(turned).eval();
-  return order_->to.inverse() * turned;
+  using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  const LdlSolver& solver = *ldlt_;
+  const SparseMatrix& lower = solver.matrixL().nestedExpression();  // without its diagonal of ones
+  const Eigen::VectorXd diagonal = solver.vectorD();
+  Rows rows = order_->to * right;
+  const Index width = rows.cols();
+  const auto subtract = [width](double* from, double factor, const double* row) {
+    for (Index c = 0; c < width; ++c) from[c] -= factor * row[c];
+  };
+  for (Index j = 0; j < lower.outerSize(); ++j)
+    for (SparseMatrix::InnerIterator entry(lower, j); entry; ++entry)
+      subtract(rows.row(entry.index()).data(), entry.value(), rows.row(j).data());
+  rows = diagonal.asDiagonal().inverse() * rows;
+  for (Index j = lower.outerSize(); j-- > 0;)
+    for (SparseMatrix::InnerIterator entry(lower, j); entry; ++entry)
+      subtract(rows.row(j).data(), entry.value(), rows.row(entry.index()).data());
+  return order_->to.inverse() * rows;
 }
 
 }  // namespace thermal

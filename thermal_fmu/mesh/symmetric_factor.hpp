@@ -8,6 +8,9 @@
 
 namespace thermal {
 
+using LdlSolver =
+    Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>, Eigen::Upper, Eigen::NaturalOrdering<int>>;  // of permuted ones
+
 /// Elimination order of a pattern, and where the entries of the lower triangle lie in the permuted upper one.
 struct EliminationOrder {
   std::vector<int> columns, rows;               // of the matrix that it belongs to, as Eigen stores it
@@ -15,6 +18,8 @@ struct EliminationOrder {
   Eigen::SparseMatrix<double> upper;            // pattern of the permuted upper triangle
   std::vector<Eigen::Index> source;             // entry of the matrix for each of these
   std::vector<Eigen::Index> diagonal;           // entry of `upper` for each row of the matrix
+  // Solvers that know the pattern, and that no factor uses now.
+  mutable std::vector<std::unique_ptr<LdlSolver>> idle;
 };
 
 class SymmetricFactor {
@@ -23,6 +28,8 @@ class SymmetricFactor {
 
   /// Reads a compressed matrix that stores both triangles; factor() comes before solve().
   explicit SymmetricFactor(const SparseMatrix& matrix);
+  ~SymmetricFactor();
+  SymmetricFactor(const SymmetricFactor&) = delete;
 
   /// Factors the matrix plus a diagonal.
   void factor(const Eigen::VectorXd& added);
@@ -34,7 +41,7 @@ class SymmetricFactor {
   std::shared_ptr<const EliminationOrder> order_;
   SparseMatrix upper_;
   std::vector<double> diagonal_;  // of the matrix
-  Eigen::SimplicialLDLT<SparseMatrix, Eigen::Upper, Eigen::NaturalOrdering<int>> ldlt_;
+  std::unique_ptr<LdlSolver> ldlt_;
 };
 
 }  // namespace thermal
