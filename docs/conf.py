@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 from jupyter_client.connect import ConnectionFileMixin
-from nbclient import NotebookClient
 
 ROOT = Path(__file__).parent.parent
 
@@ -33,7 +32,6 @@ nb_execution_timeout = 300
 nb_execution_show_tb = True
 nb_merge_streams = True
 ConnectionFileMixin.transport.default_value = "ipc"  # files instead of ports, which kernels warn of
-NotebookClient.startup_timeout.default_value = 300  # [s], as of cells: 60 s are too short under load
 copybutton_exclude = ".linenos, .gp, .go"
 
 # Python API
