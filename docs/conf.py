@@ -6,8 +6,6 @@ import re
 from pathlib import Path
 from typing import Any
 
-from jupyter_client.connect import ConnectionFileMixin
-
 ROOT = Path(__file__).parent.parent
 
 project = "tca-cosim"
@@ -31,7 +29,6 @@ nb_execution_in_temp = True
 nb_execution_timeout = 300
 nb_execution_show_tb = True
 nb_merge_streams = True
-ConnectionFileMixin.transport.default_value = "ipc"  # files instead of ports, which kernels warn of
 copybutton_exclude = ".linenos, .gp, .go"
 
 # Python API
