@@ -1,4 +1,4 @@
-"""docs/reference.md: up to date, and everything in it once; the diagrams: up to date."""
+"""docs/reference.md and docs/campaigns.md: up to date, and everything in it once; the diagrams: up to date."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from collections import Counter
 from pathlib import Path
 from types import ModuleType
 
+import campaigns
 import pytest
 import typer
 from tca_cosim import scene
@@ -44,6 +45,11 @@ def section(title: str) -> str:
 def entries(text: str) -> Counter[str]:
     """What the first columns of a section's tables name."""
     return Counter(re.findall(r"^\| `([^`]+)`", text, flags=re.MULTILINE))
+
+
+def test_the_table_of_campaigns_is_that_of_their_records() -> None:
+    assert campaigns.PAGE.read_text(encoding="utf-8") == campaigns.page(campaigns.read()), "python tests/campaigns.py"
+    assert {each["campaign"] for each in campaigns.read()} == set(campaigns.CAMPAIGNS)
 
 
 def test_the_reference_is_up_to_date() -> None:

@@ -76,6 +76,35 @@ TEST(RodPade, HeatAtAStrokeIsApproachedInShares) {
   EXPECT_LT(difference(bench.outputs(), other.outputs()), 1e-3 * p.length());
 }
 
+/// The tip after one step behind a jump of a TCA's temperature.
+struct Jump {
+  double x;        // of the tip [m]
+  bool is_warned;  // that the step is short for the grid
+};
+
+Jump jump(int method, int points, double retardation, double h) {
+  probe::Host host;
+  host.set_integer("method", method), host.set_integer("grid_points", points);
+  host.set("body.retardation", retardation), host.set("T[1]", 310.0);
+  host.start();
+  EXPECT_LE(fmi2DoStep(host.fmu, 0.0, h, fmi2True), fmi2Warning);
+  return {host.get("tip.p[1]"), host.said({"shorter than", "one grid interval"})};
+}
+
+TEST(RodPadeFmu, SaysWhereStepsAreShorterThanTheGridResolves) {
+  constexpr int kPade = 5, kRosenbrock = 1;
+  const Jump coarse = jump(kPade, 21, 0.0, 1e-6), fine = jump(kPade, 101, 0.0, 1e-6);
+  EXPECT_TRUE(coarse.is_warned && fine.is_warned);
+  EXPECT_NEAR(coarse.x, 12.0e-6, 0.1e-6) << "the wrong way, by the strain of one interval";
+  EXPECT_NEAR(fine.x / coarse.x, 1.0 / 25.0, 2e-3) << "the square of the spacing";
+  const Jump longer = jump(kPade, 21, 0.0, 1e-3);
+  EXPECT_FALSE(longer.is_warned);
+  EXPECT_NEAR(longer.x / jump(kRosenbrock, 21, 0.0, 1e-3).x, 1.0, 0.02);
+  const Jump damped = jump(kPade, 21, 5e-3, 1e-6);
+  EXPECT_FALSE(damped.is_warned);
+  EXPECT_LT(std::abs(damped.x), 1e-8);
+}
+
 TEST(RodPade, NoStepAllocates) {
   GridBench bench(twisted(5e-3), 21);
   bench.inputs.gravity[0][0] = 9.81;
