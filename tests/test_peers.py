@@ -67,7 +67,7 @@ def test_our_finest_rows_meet_the_reference(damped: bool, allowed: float) -> Non
 def test_a_code_that_is_missing_is_named_with_the_remedy_and_the_rest_runs(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    for name in ("elastica", "exudyn"):
+    for name in ("elastica", "exudyn", "soromox"):
         monkeypatch.setitem(sys.modules, name, None)
         monkeypatch.delitem(sys.modules, f"tca_cosim.benchmarks.peers.{name}", raising=False)
     rows, notes = compare_peers(repeats=1)
@@ -76,6 +76,7 @@ def test_a_code_that_is_missing_is_named_with_the_remedy_and_the_rest_runs(
         (said,) = (note for note in notes if package in note)
         assert said.startswith(f"not run: {package} ")
         assert "pip install 'tca-cosim[peers]'" in said
+    assert any(note.startswith("not run: soromox ") and note.endswith("; pip install soromox") for note in notes)
     # one row of ours for each setting, whole and consistent
     assert len(rows) == sum(len(ours.settings(damped)) for damped in (False, True))
     assert all(r.cpu > 0 and r.cpu_low == r.cpu == r.cpu_high and r.times_real_time == 1 / r.cpu for r in rows)

@@ -25,7 +25,9 @@ from .release import PROBE, Code, ReleaseProblem, Setting
 
 __all__ = ["CODES", "OURS", "PeerRow", "compare_peers", "peer_table", "summary", "with_ratios", "write"]
 
-CODES = {"ours": "tca-cosim", "elastica": "pyelastica", "exudyn": "exudyn"}  # module of this package -> distribution
+# module of this package -> distribution
+CODES = {"ours": "tca-cosim", "elastica": "pyelastica", "exudyn": "exudyn", "soromox": "soromox"}
+_ALONE = ("soromox",)  # not in the extra `peers`: JAX is large
 OURS = "rod.fmu"
 _CAPTION = """Error of the tip at 0.1 s, and the largest at 0.05, 0.1, 0.2, 0.5 and 1 s. Ratio: CPU time to that of the
 fastest rod.fmu row with no larger error at 0.1 s; 10 ms: with outputs every 10 ms; largest: with no larger largest
@@ -146,7 +148,8 @@ def _load(modules: Sequence[str]) -> tuple[list[Code], list[str]]:
             with contextlib.redirect_stdout(io.StringIO()):  # banners
                 codes.append(import_module(f".{name}", __package__).CODE)
         except ImportError as error:
-            notes.append(f"not run: {CODES[name]} cannot be imported ({error}); pip install 'tca-cosim[peers]'")
+            package = CODES[name] if name in _ALONE else "'tca-cosim[peers]'"
+            notes.append(f"not run: {CODES[name]} cannot be imported ({error}); pip install {package}")
         else:
             notes.append(f"{codes[-1].name}: {CODES[name]} {_version(CODES[name])}; {codes[-1].remark}")
     return codes, notes
