@@ -44,7 +44,7 @@ def test_deadlines_that_cannot_be_met_are_missed_and_said() -> None:
 
 def test_the_same_work_beside_every_step_shows_the_host() -> None:
     paced = run_realtime(tca.read("drop", DROP), 0.01)
-    assert np.isfinite(paced.fixed).sum() > 25  # nan where a step left no time for it
+    assert np.isfinite(paced.fixed).sum() > 15  # nan in the first steps, and where a step left no time for it
     typical = np.nanmedian(paced.fixed) / np.median(paced.durations)
     assert 0.05 < typical < 20.0  # about as long as a step
     assert np.isnan(run_realtime(tca.read("drop", DROP), 0.0).fixed).all()

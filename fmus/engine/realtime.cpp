@@ -62,27 +62,26 @@ double work(size_t multiplications) {
   return seconds(Clock::now() - begin);
 }
 
-// Number of multiplications that take that long [s].
-size_t work_for(double time) {
+// Time of one multiplication of work() [s].
+double time_of_one() {
   constexpr size_t trial = 10000;
   constexpr int trials = 20;  // of which the fastest counts
   double fastest = work(trial);
   for (int k = 1; k < trials; ++k) fastest = std::min(fastest, work(trial));
-  return static_cast<size_t>(time / fastest * trial);
+  return fastest / trial;
 }
 
 void pace(const TcaPlan& plan, engine::Run& run, double* outputs, double* durations, double* fixed, TcaTimes& times,
           std::string& failure) {
-  constexpr double room = 3.0;  // least rest of the period, in lengths of the fixed work
+  constexpr double room = 3.0;     // least rest of the period, in lengths of the fixed work
+  constexpr size_t measured = 16;  // first steps, whose mean is the length of the fixed work
   prepare_thread(times);
-  const size_t steps_rehearsed = std::min(plan.steps, rehearsed);
-  const auto rehearsal = Clock::now();
-  if (!run.rehearse(steps_rehearsed)) {
+  if (!run.rehearse(std::min(plan.steps, rehearsed))) {
     failure = run.failure();
     return;
   }
-  const double typical = seconds(Clock::now() - rehearsal) / static_cast<double>(std::max<size_t>(steps_rehearsed, 1));
-  const size_t multiplications = times.period > 0.0 ? work_for(typical) : 0;
+  const double each = times.period > 0.0 ? time_of_one() : 1.0;
+  double typical = 0.0;
   const Count count = allocation_counter();
   const auto period = std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(times.period));
   const auto start = Clock::now() + period;
@@ -104,7 +103,10 @@ void pace(const TcaPlan& plan, engine::Run& run, double* outputs, double* durati
     if (times.period <= 0.0) continue;
     times.worst_lateness = std::max(times.worst_lateness, seconds(begin - due));
     if (end > due + period) ++times.misses;
-    if (seconds(due + period - end) > room * typical) fixed[k] = work(multiplications);
+    if (k < measured)
+      typical += durations[k] / measured;
+    else if (seconds(due + period - end) > room * typical)
+      fixed[k] = work(static_cast<size_t>(typical / each));
   }
 #ifdef __linux__
   if (times.locked) munlockall();

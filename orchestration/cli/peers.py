@@ -18,7 +18,7 @@ def command(
     folder: Folder = Path("results"),
     repeats: Annotated[int, typer.Option(min=1, help="Number of timed rounds; the median is reported")] = 5,
 ) -> None:
-    """Compares CPU times at equal error with PyElastica and Exudyn, on the release of a bare rod.
+    """Compares CPU times at equal error with PyElastica, Exudyn and SoRoMoX, on the release of a bare rod.
 
     Requires tca-cosim[peers].
     """
