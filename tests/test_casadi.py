@@ -9,7 +9,9 @@ from typing import Any
 import fmpy
 import numpy as np
 import pytest
+import tca_cosim.cli
 from tca_cosim.fmi.archive import find_fmu
+from typer.testing import CliRunner
 
 ca = pytest.importorskip("casadi")
 
@@ -83,6 +85,47 @@ def test_jacobians_are_those_of_differences(name: str, known: str, tmp_path: Pat
         assert (error[scale == 0.0] == 0.0).all()
         relative = error[scale > 0.0] / scale[scale > 0.0]
         at_most(f"{name}: derivatives of {('states', 'outputs')[k]} by {known}, relative error", relative.max(), 1e-8)
+
+
+SIZES = {
+    "four TCAs, two segments": ["--tcas", "4", "--segments", "2"],
+    "like drop": ["--like", "drop"],
+    "like step, with states": ["--like", "step", "--set", "rod.dynamic=true", "--set", "rod.order=0"],
+}
+
+
+@pytest.mark.parametrize("name", ["thermal", "rod"])
+@pytest.mark.parametrize("options", list(SIZES.values()), ids=list(SIZES))
+@pytest.mark.slow
+def test_fmus_of_other_sizes_are_read_as_they_are_exported(
+    options: list[str], name: str, tmp_path: Path, at_most
+) -> None:
+    outcome = CliRunner().invoke(tca_cosim.cli.app, ["export", str(tmp_path), *options, "--fmu", name])
+    assert outcome.exit_code == 0, outcome.output
+    assert "for co-simulation only" not in outcome.output
+    fmpy.extract(str(tmp_path / f"{name}.fmu"), str(tmp_path / name))
+    dae = ca.DaeBuilder(name, str(tmp_path / name))
+    x, u, p = operating_point(dae)
+    function = dae.create("f", ["x", "u", "p"], ["ode", "y"])
+    by_inputs = function.jacobian()(x, u, p, *function(x, u, p))[4]  # of the outputs
+    nominal = np.array([dae.nominal(known) for known in dae.u()])
+    computed = np.array(by_inputs) * nominal
+    expected = differences(lambda u: np.array(function(x, u, p)[1]).ravel(), u, 1e-3 * nominal) * nominal
+    size = np.maximum(np.abs(computed).max(axis=1, keepdims=True), 1e-9)
+    at_most("deviation of the Jacobian by the inputs", float(np.abs((computed - expected) / size).max()), 1e-8)
+
+
+def test_an_export_without_states_says_so_and_the_remedy_works(tmp_path: Path) -> None:
+    for scene, remedy in (("step", "rod.dynamic=true"), ("fan", "thermal.level=reduced")):
+        outcome = CliRunner().invoke(tca_cosim.cli.app, ["export", str(tmp_path), "--like", scene])
+        name = remedy.partition(".")[0]
+        assert f"note: {name}.fmu is for co-simulation only" in outcome.output
+        assert f"add --set {remedy}" in outcome.output
+        more = ["--set", remedy, "--set", "thermal.convection=constant", "--fmu", name]
+        outcome = CliRunner().invoke(tca_cosim.cli.app, ["export", str(tmp_path), "--like", scene, *more])
+        assert "note:" not in outcome.output
+        fmpy.extract(str(tmp_path / f"{name}.fmu"), str(tmp_path / scene))
+        assert ca.DaeBuilder(name, str(tmp_path / scene)).x()
 
 
 def test_the_static_inverse_is_solved(tmp_path: Path, at_most) -> None:

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ..errors import CosimError, similar
-from .console import reported, written
+from .console import reported, say, written
 from .options import Overrides
 
 if TYPE_CHECKING:
     from ..fmi.configuration import Configuration
-    from ..scene import Scene
+    from ..scene import Member, Scene
 
 __all__ = ["command"]
 
@@ -134,4 +134,26 @@ def _like(folder: Path, like: str, fmu: Sequence[str] | None, override: Sequence
         path = folder / f"{name}.fmu"
         write_configured(own[name].archive, configuration_of(own[name], scene), path)
         paths.append(path)
+        _note_interface(path, own[name])
     return paths
+
+
+def _note_interface(path: Path, member: Member) -> None:
+    """Say where an FMU has nothing that a host of model exchange could integrate, and how it gets it."""
+    from ..fmi.archive import Archive
+    from ..fmi.derivatives import continuous_states
+
+    with Archive(path) as archive:
+        if continuous_states(archive):
+            return
+    variables = member.archive.variables
+    if "dynamic" in variables and not member.value("dynamic"):
+        present, wanted = "dynamic = false", "dynamic=true"
+    elif "level" in variables and member.choice("level") == "full":
+        present, wanted = "level = full", "level=reduced"
+    else:
+        return
+    say(
+        f"note: {path.name} is for co-simulation only: with {present} it has no continuous states; for model exchange, "
+        f"which CasADi uses, add --set {member.name}.{wanted}"
+    )
