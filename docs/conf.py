@@ -6,6 +6,8 @@ import re
 from pathlib import Path
 from typing import Any
 
+from jupyter_client.manager import KernelManager
+
 ROOT = Path(__file__).parent.parent
 
 project = "tca-cosim"
@@ -29,6 +31,8 @@ nb_execution_in_temp = True
 nb_execution_timeout = 300
 nb_execution_show_tb = True
 nb_merge_streams = True
+if hasattr(KernelManager, "transport_encryption"):  # from jupyter_client 8.10 on; kernels warn of plain text otherwise
+    KernelManager.transport_encryption.default_value = "auto"
 copybutton_exclude = ".linenos, .gp, .go"
 
 # Python API
