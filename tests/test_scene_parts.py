@@ -277,3 +277,32 @@ def test_a_section_occurs_in_its_part_of_the_body(radius: str, offset: str, mess
         tca.read("step", overrides)
     assert message in str(error.value)
     assert "lies in a part of the body with" in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("given", "signal"),
+    [
+        ({"sine": {"amplitude": 1, "period": 4}}, Sine(0.0, 1.0, 4.0, 0.0)),
+        ({"sine": {"amplitude": 1, "period": 4, "offset": 2, "phase": 0.5}}, Sine(2.0, 1.0, 4.0, 0.5)),
+        ({"impulse": {"peak": 1, "width": 2}}, Impulse(1.0, 2.0, 0.0)),
+        ({"steps": [[0, 1], [2, 3]]}, Steps((0.0, 2.0), (1.0, 3.0))),
+        (2.5, Constant(2.5)),
+    ],
+)
+def test_what_a_signal_does_not_say_is_zero(given: Any, signal: Any) -> None:
+    assert tca.read({"stop_time": 1, "thermal": {"V": [0, 0, given]}}).member("thermal").signals["V[3]"] == signal
+
+
+@pytest.mark.parametrize(
+    ("entry", "message"),
+    [
+        ({"convert": "no"}, "convert = 'no': wrong type; allowed: true, false"),
+        ({"convert": 0}, "convert = 0: wrong type; allowed: true, false"),
+        ({"factor": 0}, "factor is 0; remove the connection and set the input to the offset"),
+    ],
+)
+def test_what_a_connection_cannot_be(entry: dict[str, Any], message: str) -> None:
+    wire = {"from": "thermal.T", "to": "rod.T", **entry}
+    with pytest.raises(SceneError) as error:
+        tca.read({"stop_time": 1, "connections": [wire]})
+    assert message in str(error.value)
