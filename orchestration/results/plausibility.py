@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 
 import numpy as np
@@ -19,13 +18,12 @@ _HOTTEST, _VELOCITY, _LENGTH = "T_max", "tip.v", "body.length"
 
 def doubtful(scene: Scene, result: ResultLike) -> list[str]:
     """Return one text for each limit that a result exceeds."""
-    members = json.loads(result.attrs.get("members", "{}"))
-    sections = [m for m in scene.models(THERMAL) if m.name in members]
+    sections = [m for m in scene.models(THERMAL) if f"{m.name}.{VOLTAGE}" in result]
     is_heated = any(np.any(result[f"{thermal.name}.{VOLTAGE}"].to_numpy()) for thermal in sections)
     texts: list[str] = []
     for thermal in sections:
         texts += _temperature(result, thermal.name, scene.limits.temperature)
-    for rod in (m for m in scene.models(ROD) if m.name in members):
+    for rod in scene.models(ROD):
         if is_heated:
             texts += _speed(result, rod.name, scene.limits.speed)
         texts += _strain(result, rod, scene.limits.strain)
