@@ -107,10 +107,10 @@ def test_fmus_of_other_sizes_are_read_as_they_are_exported(
     dae = ca.DaeBuilder(name, str(tmp_path / name))
     x, u, p = operating_point(dae)
     function = dae.create("f", ["x", "u", "p"], ["ode", "y"])
-    by_inputs = function.jacobian()(x, u, p, *function(x, u, p))[4]  # of the outputs
+    by_inputs = function.jacobian()(x, u, p, *function(x, u, p))[1]  # of the states' derivatives
     nominal = np.array([dae.nominal(known) for known in dae.u()])
     computed = np.array(by_inputs) * nominal
-    expected = differences(lambda u: np.array(function(x, u, p)[1]).ravel(), u, 1e-3 * nominal) * nominal
+    expected = differences(lambda u: np.array(function(x, u, p)[0]).ravel(), u, 1e-3 * nominal) * nominal
     size = np.maximum(np.abs(computed).max(axis=1, keepdims=True), 1e-9)
     at_most("deviation of the Jacobian by the inputs", float(np.abs((computed - expected) / size).max()), 1e-8)
 
