@@ -84,9 +84,10 @@ def _blas_of_numpy() -> c.Blas | None:
 
 
 def _numbers(*shape: int) -> np.ndarray:
-    """Return numbers of many sizes and both signs, always the same."""
-    generator = np.random.default_rng(math.prod(shape))
-    return generator.standard_normal(shape) * 10.0 ** generator.integers(-3, 4, shape)
+    """Return numbers of many sizes and both signs, always the same. Not numpy's generators: they take time to load."""
+    count = np.arange(1, math.prod(shape) + 1)
+    numbers: np.ndarray = np.sin(1.7 * count * count) * 10.0 ** (count * 7919 % 7 - 3)
+    return numbers.reshape(shape)
 
 
 @lru_cache(maxsize=64)
