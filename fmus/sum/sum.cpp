@@ -55,7 +55,8 @@ std::vector<Variable> variables(const Configuration&) {
   for (std::size_t k = 0; k < sum::kTerms; ++k)
     table.parameter(indexed("gain", k), d.gain[k], "1", "Factor of u[k]; 0 leaves it out").tunable();
   table.parameter("offset", d.offset, "1", "Added to the sum").tunable();
-  for (std::size_t k = 0; k < sum::kTerms; ++k) table.input(indexed("u", k), d.u[k], "1", "Term " + std::to_string(k + 1));
+  for (std::size_t k = 0; k < sum::kTerms; ++k)
+    table.input(indexed("u", k), d.u[k], "1", "Term " + std::to_string(k + 1));
   table.output("y", d.y, d.rate, "1", "offset + sum of gain[k] u[k]").depends({"u"});
   return std::move(table).rows();
 }
