@@ -159,7 +159,7 @@ def test_an_iteration_ends_with_its_last_sweep_or_its_first_infinite_value() -> 
     )
     assert (outcome.converged, len(outcome.residuals)) == (False, 4)
     np.testing.assert_allclose(outcome.residuals, [1.0, 3.0, 9.0, 27.0])
-    outcome = solve(lambda x: x / 0.0, np.ones(1), np.ones(1), create("plain"), IterationHistory(1), 1e-9, 9)
+    outcome = solve(lambda x: x * np.inf, np.ones(1), np.ones(1), create("plain"), IterationHistory(1), 1e-9, 9)
     assert (outcome.converged, outcome.error, len(outcome.residuals)) == (False, math.inf, 1)
 
 
