@@ -52,6 +52,7 @@ class RodModel final : public fmu::Model {
     Outputs outputs;
     bool are_of(std::span<const double> other_memory, const Loads& other_loads) const {
       return memory.size() == other_memory.size() && std::equal(memory.begin(), memory.end(), other_memory.begin()) &&
+             // NOLINTNEXTLINE(bugprone-suspicious-memory-comparison): the same numbers to the last bit
              std::memcmp(&loads, &other_loads, sizeof(Loads)) == 0;
     }
   };
