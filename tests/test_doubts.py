@@ -27,6 +27,11 @@ def sums(text: str) -> dict[str, Any]:
         ({**ROD, "rod": {"tca.azimuth": [0, 90, 180]}}, "14.3 turns; write '90 deg' if meant"),
         ({**ROD, "rod": {"tca.azimuth[1]": "90"}}, "write '90 deg' if meant"),
         ({**ROD, "rod": {"tip_body.inertia": [1e-8, 0, 0]}}, "no body has these"),
+        ({**ROD, "rod": {"T[1]": {"steps": [[5.0, 300.0], [6.0, 310.0]]}}}, "lie outside of the run, 0 to 1 s"),
+        (
+            {**ROD, "start_time": 0.5, "rod": {"T[1]": {"ramps": [[0.0, 300.0], [0.5, 310.0]]}}},
+            "rod.T[1]: its times, 0 to 0.5 s, lie outside of the run, 0.5 to 1 s, so that it is constant",
+        ),
         (sums("lower.T + upper.T -> rod.T"), "the weights of temperatures sum to 2; a mean has 1"),
         (sums("lower.T - upper.T -> rod.T"), "the weights of temperatures sum to 0; a mean has 1"),
     ],

@@ -7,18 +7,15 @@ parameter; in connected thermal and rod FMUs the shared parameters must agree, h
 from __future__ import annotations
 
 import re
-import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 from ..cosim.topology import Connection
-from ..errors import SceneError, SceneWarning
+from ..errors import SceneError
 from ..fmi.archive import Archive, similar
 from .body import RodParameters
 from .manipulator import (
-    CLOSURE_EXCHANGED,
-    DISPLACEMENT_GUESS,
     ROD,
     SHARED_PARAMETERS,
     STIFFNESS,
@@ -29,10 +26,8 @@ from .member import Member, settable
 from .sizes import SIZE_KEYS
 from .validation import Layer, flat
 
-__all__ = ["SHARED_TABLES", "check_profile", "check_shared", "distribute", "doubt_inertia", "doubt_open_loops"]
+__all__ = ["SHARED_TABLES", "check_profile", "check_shared", "distribute"]
 
-_INERTIA = "tip_body.inertia"
-_ROUNDING = 1e-9  # of moments of inertia
 SHARED_TABLES = ("body", "tca")
 _ELEMENT = re.compile(r"(?:T|delta)\[(\d+)\]")  # what thermal FMU and rod exchange about one TCA
 _SAME = 1e-12  # relative difference of values that are the same, given in different units
@@ -105,35 +100,6 @@ def check_profile(members: Sequence[Member]) -> None:
                 f"{member.name}.body.profile = 'given', but {', '.join(missing)} not set: give all six of "
                 f"{member.name}.{STIFFNESS} [N.m2, N.m2, N.m2, N, N, N], or set {member.name}.body.profile = 'round'"
             )
-
-
-def doubt_open_loops(members: Sequence[Member], connections: Sequence[Connection]) -> None:
-    """Warn of rods whose tensions follow a displacement that nothing gives: the loop of Eqs. 18 to 20 stays open."""
-    fed = {c.target for c in connections}
-    for member in members:
-        guesses = member.archive.vectors.get(DISPLACEMENT_GUESS, ())
-        known = {*member.signals, *member.parameters}
-        is_rod = member.archive.description.model_name == ROD and member.value("closure") == CLOSURE_EXCHANGED
-        missing = [name for name in guesses if (member.name, name) not in fed and name not in known]
-        if is_rod and missing:
-            text = (
-                f"{member.name}: closure = exchanged, but nothing gives {', '.join(missing)}: the TCAs pull as if they "
-                f"were not displaced; connect {member.name}.delta -> {member.name}.delta_guess, or set "
-                f"{member.name}.closure = 'inside'"
-            )
-            warnings.warn(text, SceneWarning, stacklevel=2)
-
-
-def doubt_inertia(members: Sequence[Member]) -> None:
-    """Warn of moments of inertia that no body has: each is at most the sum of the other two."""
-    for member in members:
-        if member.archive.description.model_name != ROD or _INERTIA not in member.archive.vectors:
-            continue
-        moments = member.reals(_INERTIA)
-        if max(moments) > 0.5 * sum(moments) * (1.0 + _ROUNDING):
-            shown = ", ".join(f"{moment:g}" for moment in moments)
-            text = f"{member.name}.{_INERTIA} = [{shown}]: no body has these; each is at most the sum of the other two"
-            warnings.warn(text, SceneWarning, stacklevel=2)
 
 
 def _agree(a: Member, b: Member, wires: Sequence[Connection]) -> None:

@@ -21,7 +21,8 @@ from . import validation
 from .accuracy_request import AccuracyRequest
 from .accuracy_request import read as read_accuracy_request
 from .connections import wired
-from .geometry import SHARED_TABLES, check_profile, check_shared, doubt_inertia, doubt_open_loops
+from .doubts import doubt_inertia, doubt_open_loops, doubt_times
+from .geometry import SHARED_TABLES, check_profile, check_shared
 from .layers import find, load, merged, overriding
 from .limits import Limits
 from .member import Member
@@ -145,10 +146,13 @@ def _read(name: str, folder: Path, own: list[Layer], archive: Callable[[Path], A
     check_profile(members)
     doubt_open_loops(members, connections)
     doubt_inertia(members)
+    stop_time = _stop_time(top, layers[1])
+    start_time = _start_time(top, stop_time)
+    doubt_times(members, start_time, stop_time)
     return Scene(
         name=name,
         title=_title(top, name, [line for layer in own if layer.overrides for line in layer.text.splitlines()]),
-        stop_time=(stop_time := _stop_time(top, layers[1])),
+        stop_time=stop_time,
         members=members,
         connections=connections,
         coupling=settings(Coupling, _tables(layers, "coupling"), "coupling."),
@@ -159,7 +163,7 @@ def _read(name: str, folder: Path, own: list[Layer], archive: Callable[[Path], A
         overrides=tuple(line for layer in own if layer.overrides for line in layer.text.splitlines()),
         layers=tuple(own),
         folder=folder,
-        start_time=_start_time(top, stop_time),
+        start_time=start_time,
         tolerance=_tolerance(top),
     )
 
