@@ -65,7 +65,10 @@ double Peak::of(const Eigen::Ref<const Eigen::VectorXd>& values) const {
 double Peak::in_patch(const Eigen::Ref<const Eigen::VectorXd>& values, const PatchNode& node, double at_node) const {
   const ProbePatch& patch = patches_[static_cast<std::size_t>(node.patch)];
   const int n = patch.rows;
-  const auto at = [&](int i, int j) { return values[patch.probes[static_cast<std::size_t>(i + n * j)]]; };
+  const auto at = [&](int i, int j) {
+    const auto index = static_cast<std::size_t>(i) + static_cast<std::size_t>(n) * static_cast<std::size_t>(j);
+    return values[patch.probes[index]];
+  };
   // Slope and curvature along s; a step that would leave the element stays at its side.
   double s_slope = 0.0, s_bend = 0.0, t_slope = 0.0, t_bend = 0.0, mixed = 0.0;
   for (int i = 0; i < n; ++i) {
