@@ -20,6 +20,7 @@ constexpr double kMinDamping = 1e-4;  // relative to the body's stiffness: below
 constexpr int kBisections = 20;       // of the time of departure: to 1e-6 of it
 constexpr double kAtRest = 1e-8;      // largest residual of an equilibrium, over the stiffness [1]
 constexpr double kDeparture = 1e-3;   // of the strains when the motion leaves an unstable equilibrium [1]
+constexpr double kSmallShare = 1e-3;  // of a residual along growing modes [1], which the motion makes the largest
 constexpr int kMaxDepartures = 8;     // a rod passes few unstable equilibria on its way
 constexpr double kSymmetric = 1e-12;  // residual over stiffness along growing modes [1] that is rounding: no load
                                       // chooses a direction
@@ -71,7 +72,6 @@ bool Stability::factor(const Rod& rod, double damping) {
 }
 
 Stability::Departure Stability::departure(const Rod& rod, Vector& change) const {
-  if ((r_.array() / rod.stiffness().array()).abs().maxCoeff() > kAtRest) return Departure::none;
   const Eigen::VectorXd scale = rod.stiffness().array().sqrt().inverse();
   const Eigen::MatrixXd scaled = scale.asDiagonal() * (0.5 * (K_ + K_.transpose())) * scale.asDiagonal();
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> modes(scaled);
@@ -79,6 +79,10 @@ Stability::Departure Stability::departure(const Rod& rod, Vector& change) const 
   if (growing == 0) return Departure::none;
   const auto directions = modes.eigenvectors().leftCols(growing);
   const Eigen::VectorXd force = scale.cwiseProduct(-r_), along = directions.transpose() * force;
+  // Under a large load along the axis the rod would be crushed before it came to rest, so a small share departs at
+  // once.
+  const bool at_rest = (r_.array() / rod.stiffness().array()).abs().maxCoeff() <= kAtRest;
+  if (!at_rest && along.norm() > kSmallShare * force.norm()) return Departure::none;
   const auto to_strains = [&](const Eigen::VectorXd& amplitudes) {
     change = scale.cwiseProduct(directions * amplitudes);
     return change.lpNorm<Eigen::Infinity>();
