@@ -20,7 +20,7 @@ constexpr double kMinDamping = 1e-4;  // relative to the body's stiffness: below
 constexpr int kBisections = 20;       // of the time of departure: to 1e-6 of it
 constexpr double kAtRest = 1e-8;      // largest residual of an equilibrium, over the stiffness [1]
 constexpr double kDeparture = 1e-3;   // of the strains when the motion leaves an unstable equilibrium [1]
-constexpr double kSmallShare = 1e-3;  // of a residual along growing modes [1], which the motion makes the largest
+constexpr double kSmallShare = 1e-9;  // of a residual along growing modes [1]: below, the motion is taken for symmetric
 constexpr int kMaxDepartures = 8;     // a rod passes few unstable equilibria on its way
 constexpr double kSymmetric = 1e-12;  // residual over stiffness along growing modes [1] that is rounding: no load
                                       // chooses a direction
@@ -71,7 +71,7 @@ bool Stability::factor(const Rod& rod, double damping) {
   return cholesky_.info() == Eigen::Success;
 }
 
-Stability::Departure Stability::departure(const Rod& rod, Vector& change) const {
+Stability::Departure Stability::departure(const Rod& rod, Leave leave, Vector& change) const {
   const Eigen::VectorXd scale = rod.stiffness().array().sqrt().inverse();
   const Eigen::MatrixXd scaled = scale.asDiagonal() * (0.5 * (K_ + K_.transpose())) * scale.asDiagonal();
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> modes(scaled);
@@ -79,16 +79,15 @@ Stability::Departure Stability::departure(const Rod& rod, Vector& change) const 
   if (growing == 0) return Departure::none;
   const auto directions = modes.eigenvectors().leftCols(growing);
   const Eigen::VectorXd force = scale.cwiseProduct(-r_), along = directions.transpose() * force;
-  // Under a large load along the axis the rod would be crushed before it came to rest, so a small share departs at
-  // once.
   const bool at_rest = (r_.array() / rod.stiffness().array()).abs().maxCoeff() <= kAtRest;
-  if (!at_rest && along.norm() > kSmallShare * force.norm()) return Departure::none;
+  if (!at_rest && (leave == Leave::at_rest || along.norm() > kSmallShare * force.norm())) return Departure::none;
   const auto to_strains = [&](const Eigen::VectorXd& amplitudes) {
     change = scale.cwiseProduct(directions * amplitudes);
     return change.lpNorm<Eigen::Infinity>();
   };
   if (to_strains(along) <= kSymmetric) {
-    change *= kDeparture / to_strains(Eigen::VectorXd::Unit(growing, 0));
+    change = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(0.5 * (K_ + K_.transpose())).eigenvectors().col(0);
+    change *= kDeparture / change.lpNorm<Eigen::Infinity>();
     return Departure::ambiguous;
   }
   // The linear motion of each mode, until the largest strain is as large as asked.
@@ -107,6 +106,14 @@ Stability::Departure Stability::departure(const Rod& rod, Vector& change) const 
 }
 
 core::Status Stability::descend(const Rod& rod, const Loads& loads, double tolerance, Vector& q) {
+  const Vector start = q;
+  if (fall(rod, loads, tolerance, Leave::at_rest, q).is_ok()) return {};
+  q = start;
+  doubt_ = Doubt::none;
+  return fall(rod, loads, tolerance, Leave::at_once, q);
+}
+
+core::Status Stability::fall(const Rod& rod, const Loads& loads, double tolerance, Leave leave, Vector& q) {
   int departures = 0;
   double damping = 1.0;
   rod.static_residual(q.data(), loads, work_, r_);
@@ -115,7 +122,7 @@ core::Status Stability::descend(const Rod& rod, const Loads& loads, double toler
     rod.tangent(work_, {.q = 1.0}, K_);
     const bool stable = factor(rod, kNeutral);
     if (!stable && departures < kMaxDepartures) {
-      const Departure start = departure(rod, change_);
+      const Departure start = departure(rod, leave, change_);
       if (start == Departure::ambiguous) doubt_ = Doubt::ambiguous;
       if (start != Departure::none) {
         ++departures;

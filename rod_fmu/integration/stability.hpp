@@ -26,7 +26,8 @@ class Stability {
   /// Moves q [1] along the overdamped motion dq/dt = -K0^-1 r(q), K0 the stiffness of the body, until it rests at a
   /// stable equilibrium. Linearly implicit Euler steps that lower the potential, with lengths that grow as the motion
   /// slows down; the last ones are Newton steps. Near an unstable equilibrium the slow start of the motion is
-  /// skipped, see departure().
+  /// skipped, see departure(). Where this fails, as under a load along the axis that would crush the straight rod
+  /// before it rests, a symmetric motion departs at once.
   core::Status descend(const Rod& rod, const Loads& loads, double tolerance, Vector& q);
 
   /// What is doubtful about the last equilibrium.
@@ -45,11 +46,14 @@ class Stability {
   bool factor(const Rod& rod, double damping);
   bool is_clearly_stable(const Rod& rod, const Loads& loads, const Newton& newton);
 
+  enum class Leave { at_rest, at_once };  // when a symmetric motion may depart
+  core::Status fall(const Rod& rod, const Loads& loads, double tolerance, Leave leave, Vector& q);
+
   enum class Departure { none, chosen, ambiguous };
   /// Near an equilibrium that is unstable, writes the change of q [1] by the linear motion along the growing modes of
   /// the tangent K_ under the residual r_: the loads choose the direction, however small their share along these modes.
   /// Where they have none the change is along the fastest mode: ambiguous. `none`: not at rest, or nothing grows.
-  Departure departure(const Rod& rod, Vector& change) const;
+  Departure departure(const Rod& rod, Leave leave, Vector& change) const;
 
   Workspace work_;
   Matrix K_, symmetric_;
