@@ -344,7 +344,7 @@ def test_large_voltages_are_bounded_by_the_temperatures_from_the_first_guess_on(
     with pytest.raises(
         tca.SubsystemError, match=r"rod at rest at .* degC; lower the limits of voltage and temperature"
     ):
-        workspace("step", PlanLimits(temperature=1e4, hottest=1e4), 3)
+        workspace("step", PlanLimits(temperature=1e4, hottest=1e4), 3, {"rod.body.E": "2 kPa"})
 
 
 def test_paths_of_what_heat_does_not_change_are_refused() -> None:

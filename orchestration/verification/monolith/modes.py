@@ -30,7 +30,7 @@ from .system import System, assembled
 __all__ = ["AT_REST", "Mode", "Modes", "natural_modes"]
 
 _ROUNDING = 1e-9  # share of the largest eigenvalue below which an imaginary part is rounding
-_STANDS = 1e-8  # the same of a growth: eigenvalues of a matrix that is not symmetric lose more digits
+_STANDS = 1e-7  # the same of a growth: a neutral motion is a double eigenvalue 0, known to the root of rounding only
 AT_REST = 1e-3  # distance to equilibrium in nominals of the states below which a member is taken to rest
 
 
