@@ -18,6 +18,8 @@ import pytest
 import typer
 from tca_cosim.cli import app
 
+# Later blocks of a page need files of earlier ones, so one process runs them all (--dist loadgroup).
+pytestmark = pytest.mark.xdist_group("pages")
 ROOT = Path(__file__).parent.parent
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").rglob("*.md"))]
 PAGES = [page for page in PAGES if page.name != "reference.md" and "_build" not in page.parts]
