@@ -1,5 +1,6 @@
 """The command line: one module per command. An error that a user can mend is one message and exit code 2."""
 
+import os
 import sys
 from typing import TYPE_CHECKING
 
@@ -20,6 +21,9 @@ def main() -> None:
     from .plain import run_plain
 
     require_utf8()
+    # The matrices of this package are small: threads of numpy's linear algebra cost more than they save. What the user
+    # has set wins.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     if not run_plain(sys.argv[1:]):
         from .application import app
 
