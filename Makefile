@@ -62,12 +62,12 @@ lint:
 
 check: $(VENV)/installed $(VENV)/tested
 	$(MAKE) --no-print-directory lint
-	python -m pytest -q -m "not slow and not hosts" -n auto --dist loadgroup
+	python -m pytest -q -m "not slow and not hosts" -n auto
 
 test: portable compiled $(BUILD)/hosts/ready
 	$(MAKE) --no-print-directory lint
 	ctest --test-dir $(BUILD) --output-on-failure
-	python -m pytest --cov -n auto --dist loadgroup
+	python -m pytest --cov -n auto
 
 reference: $(VENV)/installed
 	PYTHONPATH=. python docs/reference.py

@@ -18,8 +18,6 @@ import pytest
 import typer
 from tca_cosim.cli import app
 
-# Later blocks of a page need files of earlier ones, so one process runs them all (--dist loadgroup).
-pytestmark = pytest.mark.xdist_group("pages")
 ROOT = Path(__file__).parent.parent
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").rglob("*.md"))]
 PAGES = [page for page in PAGES if page.name != "reference.md" and "_build" not in page.parts]
@@ -57,17 +55,16 @@ def scripts() -> list[tuple[str, str]]:
     return [(name_of(page), text) for page in PAGES for kind, text in blocks(page) if kind == "python"]
 
 
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
     """A folder with a tca-cosim on its PATH that is this source tree's."""
-    folder = tmp_path_factory.mktemp("pages")
-    command = folder / "bin" / "tca-cosim"
+    command = tmp_path / "bin" / "tca-cosim"
     command.parent.mkdir()
     # As pip writes it; the processes of a sweep import it too.
     start = "from tca_cosim.cli import main\n\nif __name__ == '__main__':\n    main()\n"
     command.write_text(f"#!{sys.executable}\n{start}", encoding="utf-8")
     command.chmod(0o755)
-    return folder
+    return tmp_path
 
 
 def run(command: str, folder: Path) -> subprocess.CompletedProcess[str]:
@@ -77,22 +74,25 @@ def run(command: str, folder: Path) -> subprocess.CompletedProcess[str]:
     )
 
 
-RUN = [(page, line) for page, line in commands() if not line.startswith("make ")]
+def steps(page: Path) -> list[str]:
+    """Commands and scripts of a page in their order, each command once."""
+    texts = []
+    for kind, text in blocks(page):
+        if kind == "sh":
+            texts += [line for line in text.splitlines() if line and not line.startswith("make ")]
+        elif kind == "python":
+            texts.append(f"{sys.executable} - <<'END'\n{text}\nEND")
+    return list(dict.fromkeys(texts))
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("command", [line for _, line in RUN], ids=[f"{page}: {line}" for page, line in RUN])
-def test_command_runs(command: str, folder: Path) -> None:
-    done = run(command, folder)
-    assert done.returncode == 0, done.stderr
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("script", [text for _, text in scripts()], ids=[page for page, _ in scripts()])
-def test_script_runs(script: str, folder: Path) -> None:
-    done = run(f"{sys.executable} - <<'END'\n{script}\nEND", folder)
-    assert done.returncode == 0, done.stderr
-    assert done.stdout
+@pytest.mark.parametrize("page", [page for page in PAGES if steps(page)], ids=name_of)
+def test_commands_and_scripts_of_a_page_run(page: Path, folder: Path) -> None:
+    """One after the other in one folder: later ones need files of earlier ones."""
+    for step in steps(page):
+        done = run(step, folder)
+        assert done.returncode == 0, f"{step}\n{done.stderr}"
+        assert done.stdout or not step.startswith(sys.executable), step
 
 
 def test_the_example_of_the_readme_has_about_ten_lines() -> None:
