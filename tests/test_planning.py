@@ -299,6 +299,7 @@ def test_plans_of_too_many_knots_are_refused_and_the_remedy_is_taken() -> None:
         assert 0.95 * limit < 3 * end / advised <= limit
 
 
+@pytest.mark.slow
 def test_errors_of_several_units_are_weighed_and_told_one_by_one(tmp_path: Path) -> None:
     """The tip of one section leans where it goes: both cannot be had, and neither is given up for the other."""
     text = "time,tip.p[1] [mm],tip.euler[2]\n10,-2,0\n16,-2,0\n"
