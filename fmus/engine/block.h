@@ -86,6 +86,10 @@ typedef struct {
    leaves everything as it was before, so that the master can take it. -1: a state could not be restored. */
 TCA_EXPORT long tca_take_steps(TcaBlock* block, TcaSteps* steps);
 
+/* Takes steps of one node without driven inputs, as a host does that never goes back: no state is saved. Returns how
+   many; where that is not all, the next one failed. */
+TCA_EXPORT size_t tca_step_alone(const TcaNode* node, const TcaSteps* steps);
+
 /* What tca_take_steps does with secants, for the check that it rounds as the master: adds the difference (dx, dr) of n
    unknowns and writes the secant step and the rest (2n) for the residual r. */
 TCA_EXPORT void tca_secants(const TcaBlas* blas, TcaComponent* loop, const double* dx, const double* dr,

@@ -41,9 +41,10 @@ void Instance::check_step(double t, double h) const {
 
 /// Fails where the polynomial of an input leaves the input's range during the step.
 Status Instance::check_inputs(double h) const {
+  const std::byte* const data = model_->data().data();
   for (const std::size_t index : blueprint_.inputs) {
     const Variable& row = blueprint_.rows[index];
-    const auto u = load<Polynomial>(model_->data().data(), row.offset);
+    const auto u = load<Polynomial>(data, row.offset);
     if (core::is_constant(u)) continue;
     const auto [least, most] = core::extremes(u, h);
     if (is_in_widened_range(row, least) && is_in_widened_range(row, most)) continue;
@@ -98,11 +99,16 @@ bool Instance::step(double t, double h) {
 /// Derivatives hold for one step, so a complete one leaves held inputs; what is left of a partial one sees the same
 /// polynomial, from its new origin.
 void Instance::advance_inputs(double h, bool is_complete) {
+  std::byte* const data = this->data();
   for (std::size_t i = 0; i < blueprint_.inputs.size(); ++i) {
     const std::ptrdiff_t offset = blueprint_.rows[blueprint_.inputs[i]].offset;
-    const auto u = load<Polynomial>(data(), offset);
+    const auto u = load<Polynomial>(data, offset);
+    if (core::is_constant(u)) {
+      input_rates_[i] = 0.0;
+      continue;
+    }
     input_rates_[i] = core::rate(u, h);
-    store(data(), offset, is_complete ? Polynomial{core::value(u, h)} : core::shifted(u, h));
+    store(data, offset, is_complete ? Polynomial{core::value(u, h)} : core::shifted(u, h));
   }
 }
 

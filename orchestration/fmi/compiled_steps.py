@@ -1,4 +1,4 @@
-"""Steps of one FMU instance alone in C++, as a host written in C takes them (tca_take_steps of fmus/engine/block.h)."""
+"""Steps of one FMU instance alone in C++, as a host written in C takes them (tca_step_alone of fmus/engine/block.h)."""
 
 from __future__ import annotations
 
@@ -7,22 +7,23 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ..errors import SubsystemError
+from ..errors import CosimError, SubsystemError
 from . import block_interface as c
 from .block_memory import FUNCTIONS
-from .compiled_arithmetic import address, find_arithmetic
+from .compiled_arithmetic import address
+from .engine_library import load_engine
 from .slave import Slave
 
 __all__ = ["compiled_steps"]
 
 
 def compiled_steps(slave: Slave, stops: np.ndarray) -> Callable[[], np.ndarray] | None:
-    """Return what takes an instance without driven inputs through its steps once.
+    """Return what takes an instance without driven inputs through its steps once, without saving states.
 
     Parameters
     ----------
     slave
-        Initialised; at time 0. Its state is saved for every step, and freed with it.
+        Initialised; at time 0.
     stops : ndarray, shape (steps,)
         Ends of the steps [s].
 
@@ -32,38 +33,28 @@ def compiled_steps(slave: Slave, stops: np.ndarray) -> Callable[[], np.ndarray] 
         Returns the recorded numbers (steps, n) at the ends; raises SubsystemError where a step fails. None where the
         engine is not built.
     """
-    arithmetic = find_arithmetic(frozenset(), frozenset())
-    if arithmetic is None:
+    try:
+        take_steps = load_engine().tca_step_alone
+    except (CosimError, AttributeError):  # AttributeError: an engine of an earlier version
         return None
+    take_steps.restype = ctypes.c_size_t
     references = slave.block_references()
-    state = ctypes.c_void_p()
-    node = c.Node(component=slave.component, recorded=len(references[2]), state=ctypes.pointer(state))
-    node.input_references, node.output_references, node.recorded_references = references
-    for field, function in FUNCTIONS.items():
-        setattr(node, field, ctypes.cast(getattr(slave.library, f"fmi2{function}"), ctypes.c_void_p))
-    samples = np.zeros((3, 1))
-    node.samples = address(samples)
-    component = c.Component(first=0, count=1)
-    block = c.Block(1, ctypes.pointer(node), 1, ctypes.pointer(component), arithmetic.blas, max_sweeps=1)
+    node = c.Node(component=slave.component, recorded=len(references[2]))
+    node.recorded_references = references[2]
+    for field in ("do_step", "get_real"):
+        function = getattr(slave.library, f"fmi2{FUNCTIONS[field]}")
+        setattr(node, field, ctypes.cast(function, ctypes.c_void_p))
     begins = np.concatenate([[0.0], stops[:-1]])
     lengths, ends = stops - begins, np.ascontiguousarray(stops)
-    rows, logs, kept = np.zeros((len(stops), len(references[2]))), np.zeros((len(stops), 3)), np.zeros(1)
-    memory = (references, state, samples, node, component, kept)  # lives as long as take()
+    rows = np.zeros((len(stops), len(references[2])))
+    call = c.Steps(len(stops), *map(address, (begins, lengths, ends)), records=address(rows))
+    memory = (references, begins, lengths, ends)  # lives as long as take()
 
     def take(memory: object = memory) -> np.ndarray:
-        done = 0
-        while done < len(stops):
-            arrays = (address(array[done:]) for array in (begins, lengths, ends))
-            call = c.Steps(len(stops) - done, *arrays, address(kept), limit=np.inf, records=address(rows[done:]))
-            call.logs = address(logs)
-            taken = arithmetic.engine.tca_take_steps(ctypes.byref(block), ctypes.byref(call))
-            if taken < 0:
-                raise SubsystemError(f"{slave.name} cannot be set back to the start of a step")
-            done += taken
-            if done < len(stops):  # a step that warns or fails is taken once more, for its message
-                slave.step(float(begins[done]), float(lengths[done]))
-                rows[done] = slave.record()
-                done += 1
+        done = take_steps(ctypes.byref(node), ctypes.byref(call))
+        if done < len(stops):
+            said = slave.log.take()
+            raise SubsystemError(f"{slave.name}: step from t = {begins[done]:.6g} s: {said}", float(begins[done]))
         return rows
 
     return take

@@ -183,13 +183,12 @@ core::Status check(const Parameters& p) {
   return p.planar ? check_plane(p) : core::Status();
 }
 
-core::Status check_temperatures(const Parameters& p, const Loads& loads) {
+core::Status check_temperatures(const Parameters& p, const PerTca<double>& T) {
   for (std::size_t i = 0; i < p.tcas; ++i) {
-    const double T = loads.T[i];
-    if (!(T > 0.0))
-      return refuse("T[", i + 1, "] = ", T, " K; temperatures must be positive: set or connect T[", i + 1, "]");
-    if (p.tca[i].law == Law::wire && !(1.0 + p.tca[i].rho_T * (T - p.T_0) > 0.0))
-      return refuse("T[", i + 1, "] = ", T, " K with tca.rho_T = ", p.tca[i].rho_T, " 1/K and T_0 = ", p.T_0,
+    if (!(T[i] > 0.0))
+      return refuse("T[", i + 1, "] = ", T[i], " K; temperatures must be positive: set or connect T[", i + 1, "]");
+    if (p.tca[i].law == Law::wire && !(1.0 + p.tca[i].rho_T * (T[i] - p.T_0) > 0.0))
+      return refuse("T[", i + 1, "] = ", T[i], " K with tca.rho_T = ", p.tca[i].rho_T, " 1/K and T_0 = ", p.T_0,
                     " K leaves the wire no diameter; 1 + tca.rho_T (T - T_0) must be positive");
   }
   return {};

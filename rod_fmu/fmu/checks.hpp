@@ -11,6 +11,6 @@ namespace rod {
 core::Status check(const Parameters& p);
 
 /// Fails where a TCA's law has no meaning at a temperature.
-core::Status check_temperatures(const Parameters& p, const Loads& loads);
+core::Status check_temperatures(const Parameters& p, const PerTca<double>& T);
 
 }  // namespace rod

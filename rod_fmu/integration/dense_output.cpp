@@ -20,16 +20,16 @@ bool is_constant(const Inputs& u) {
 
 }  // namespace
 
-bool record_constant_inputs(const Inputs& u, State& state) {
+InputCourse record_inputs(const Inputs& u, State& state) {
   if (!is_constant(u)) {
     state.loads[0] = std::numeric_limits<double>::infinity();  // no finite input equals it
-    return false;
+    return {};
   }
   const Loads loads = loads_at(u, 0.0);
   // NOLINTNEXTLINE(bugprone-suspicious-memory-comparison): the same numbers to the last bit
   const bool same = std::memcmp(state.loads, &loads, sizeof loads) == 0;
   std::memcpy(state.loads, &loads, sizeof loads);
-  return same;
+  return {.are_constant = true, .are_as_before = same};
 }
 
 void interpolate_to(const Rod& rod, double elapsed, State& state) {

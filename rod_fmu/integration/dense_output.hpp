@@ -7,9 +7,13 @@
 
 namespace rod {
 
-/// Records the loads of this communication step in the state. Returns whether they are constant and equal those of the
-/// communication step before.
-bool record_constant_inputs(const Inputs& u, State& state);
+struct InputCourse {
+  bool are_constant = false;   // the inputs are constant during this communication step
+  bool are_as_before = false;  // and equal those of the communication step before
+};
+
+/// Records the loads of this communication step in the state.
+InputCourse record_inputs(const Inputs& u, State& state);
 
 /// Moves the state by `elapsed` [s], less than state.time_ahead, towards state.ahead: on the polynomial of degree 5
 /// that agrees with both in strains and their two rates; the dissipated energy on the cubic that agrees in value and

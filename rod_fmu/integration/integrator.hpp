@@ -9,6 +9,7 @@
 #include "integration/rosenbrock_tableaus.hpp"
 #include "integration/stability.hpp"
 #include "mechanics/rod.hpp"
+#include "numerics/packed_lu.hpp"
 
 namespace rod {
 
@@ -74,7 +75,7 @@ struct StageMemory {
   Point y;
   Vector r, r_t, b1, b2, dr, power_slope;
   Matrix J;
-  Eigen::PartialPivLU<Matrix> lu;
+  PackedLu lu;
 };
 
 /// Work arrays of all methods for one rod.

@@ -24,9 +24,10 @@ constexpr double kMinStep = 1e-9;      // of the communication step, or of the r
 template <class Tableau>
 class RosenbrockStep {
  public:
-  RosenbrockStep(const Rod& rod, const Inputs& u, const State& state, Scratch& scratch)
+  RosenbrockStep(const Rod& rod, const Inputs& u, bool are_constant, const State& state, Scratch& scratch)
       : rod_(rod),
         u_(u),
+        are_constant_(are_constant),
         state_(state),
         start_(scratch.newton.work),
         start_r_(scratch.r),
@@ -47,7 +48,10 @@ class RosenbrockStep {
     const double g = 1.0 / (Tableau::kGamma * h);
     rod_.tangent(start_, {1.0, g, g * g}, J_);
     lu_.compute(J_);
-    rod_.load_derivative(start_, loads, load_rates_at(u_, from), r_t_);
+    if (are_constant_)
+      r_t_.setZero(state_.q.size());
+    else
+      rod_.load_derivative(start_, loads, load_rates_at(u_, from), r_t_);
     rod_.damping_force(state_.v, power_slope_);
     power_slope_ *= 2.0;
 
@@ -64,11 +68,12 @@ class RosenbrockStep {
       if (i < Tableau::kShared)
         r_ = start_r_;
       else
-        rod_.residual(y_.q.data(), y_.v.data(), y_.a.data(), loads_at(u_, from + Tableau::kNode[i] * h), work_, r_);
+        rod_.residual(y_.q.data(), y_.v.data(), y_.a.data(),
+                      are_constant_ ? loads : loads_at(u_, from + Tableau::kNode[i] * h), work_, r_);
       dr_ = g * b1_ + b2_;
       rod_.rate_derivative(start_, b1_, dr_, U_[i].q);
       r_ = U_[i].q - r_ - (h * Tableau::kTimeWeight[i]) * r_t_;
-      U_[i].q = lu_.solve(r_);
+      lu_.solve(r_, U_[i].q);
       U_[i].v = g * U_[i].q - b1_;
       U_[i].a = g * U_[i].v - b2_;
       U_[i].e = (b_e + power_slope_.dot(U_[i].v)) / g;
@@ -103,6 +108,7 @@ class RosenbrockStep {
 
   const Rod& rod_;
   const Inputs& u_;
+  const bool are_constant_;  // the inputs, in time
   const State& state_;
   const Workspace& start_;
   const Vector& start_r_;
@@ -112,7 +118,7 @@ class RosenbrockStep {
   Point& y_;
   Vector &r_, &r_t_, &b1_, &b2_, &dr_, &power_slope_;
   Matrix& J_;
-  Eigen::PartialPivLU<Matrix>& lu_;
+  PackedLu& lu_;
 };
 
 /// Evaluates the residual at the state, with an acceleration that agrees with the loads: after a jump of the inputs the
@@ -128,6 +134,10 @@ core::Status start_step(const Rod& rod, const Loads& loads, double tolerance, St
   if (status.is_ok()) evaluate();
   return status;
 }
+
+/// First step of a motion [radians of the first mode]: it grows with the fifth root of the tolerance from 1e-6 on, as
+/// later steps do. Steps grow at most fivefold, so a short first one would cost loose tolerances two more.
+double first_step(double tolerance) { return 0.05 * std::max(1.0, std::pow(1e6 * tolerance, 0.2)); }
 
 struct StepChoice {
   double step = 0.0;     // s
@@ -148,7 +158,8 @@ StepChoice choose_step(const Rod& rod, double rest, double natural, bool may_cro
 template <class Tableau>
 StepOutcome step_adaptive(const Rod& rod, const Inputs& u, double h, double tolerance, State& state, Scratch& scratch) {
   if (!(state.time_ahead > 0.0 && std::isfinite(state.time_ahead))) state.time_ahead = 0.0;
-  const bool may_cross = record_constant_inputs(u, state);
+  const InputCourse inputs = record_inputs(u, state);
+  const bool may_cross = inputs.are_as_before;
   if (!may_cross) state.time_ahead = 0.0;
   double done = 0.0;
   if (h < state.time_ahead) {
@@ -165,10 +176,11 @@ StepOutcome step_adaptive(const Rod& rod, const Inputs& u, double h, double tole
   Loads loads = loads_at(u, done);
   if (core::Status status = start_step(rod, loads, tolerance, state, scratch); !status.is_ok())
     return {done, std::move(status)};
-  if (!(state.next_step > 0.0 && std::isfinite(state.next_step))) state.next_step = 0.05 / rod.first_frequency();
+  if (!(state.next_step > 0.0 && std::isfinite(state.next_step)))
+    state.next_step = first_step(tolerance) / rod.first_frequency();
   const double min_step = kMinStep * std::min(h, 1.0 / rod.first_frequency());
   const double max_attempts = max_internal_steps(rod, h);
-  RosenbrockStep<Tableau> attempt(rod, u, state, scratch);
+  RosenbrockStep<Tableau> attempt(rod, u, inputs.are_constant, state, scratch);
   for (int attempts = 0; done < h; ++attempts) {
     if (attempts > max_attempts || done + state.next_step == done ||
         (attempts > kTrialAttempts && done * max_attempts < 0.1 * h * attempts))
@@ -203,7 +215,7 @@ StepOutcome step_adaptive(const Rod& rod, const Inputs& u, double h, double tole
     }
     done = last ? h : done + step;
     if (done < h) {
-      loads = loads_at(u, done);
+      if (!inputs.are_constant) loads = loads_at(u, done);
       rod.residual(state.q.data(), state.v.data(), state.a.data(), loads, scratch.newton.work, scratch.r);
     }
   }

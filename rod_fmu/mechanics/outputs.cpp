@@ -13,6 +13,45 @@ namespace {
 
 Triple triple(const Vec3& a) { return {a.x, a.y, a.z}; }
 
+/// Integrals over the nodes that outputs are made of, in units of the length.
+struct Sums {
+  StationField x, y, z;  // of p'/L from the clamp to each station
+  Vec3 tip_rate;         // of the rate of p'/L [1/s]
+  double kinetic = 0.0;  // of twice the kinetic energy per length [J/m]
+  double height = 0.0;   // of gravity . p/L [m/s2]
+};
+
+ROD_INLINE double total(const Pack& a) { return (a[0] + a[1]) + (a[2] + a[3]); }
+
+/// Integrals of f to the stations, each in the order of total() over packs of nodes.
+ROD_INLINE void integrate_to_stations(const Quadrature& grid, const ScalarField& f, StationField& integrals) {
+  for (int s = 0; s < kStationPacks; ++s) {
+    Pack sum[kPackSize] = {};
+    for (int j = 0; j < grid.nodes; j += kPackSize)
+      for (int k = 0; k < kPackSize; ++k) sum[k] += f[j + k] * grid.stations.data()[j + k].pack[s];
+    integrals.pack[s] = (sum[0] + sum[1]) + (sum[2] + sum[3]);
+  }
+}
+
+ROD_INLINE void add_up(const RodConstants& rod, const Vec3& gravity, const Kinematics& w, Sums& sums) {
+  const Quadrature& grid = *rod.grid;
+  const int packs = grid.packs;
+  integrate_to_stations(grid, w.l.x, sums.x);
+  if (!rod.planar) integrate_to_stations(grid, w.l.y, sums.y);
+  integrate_to_stations(grid, w.l.z, sums.z);
+  Pack x{}, y{}, z{}, kinetic{}, height{};
+  for (int p = 0; p < packs; ++p) {
+    const Pack weight = grid.w.pack[p];
+    const Triad<Pack> rate = cross(w.omega[p], w.l[p]) + w.l1[p], velocity = rod.length * w.velocity[p],
+                      spin = w.omega_body[p];
+    x += weight * rate.x, y += weight * rate.y, z += weight * rate.z;
+    kinetic += weight * (rod.mass * dot(velocity, velocity) + dot(spin, scale(rod.inertia, spin)));
+    height += weight * ((1.0 - grid.s.pack[p]) * dot(gravity, w.l[p]));  // int_0^L g.p ds by parts
+  }
+  sums.tip_rate = {total(x), total(y), total(z)};
+  sums.kinetic = total(kinetic), sums.height = total(height);
+}
+
 }  // namespace
 
 Triple euler_angles(const Rotation<double>& R) {
@@ -23,12 +62,12 @@ Triple euler_angles(const Rotation<double>& R) {
 }
 
 void UniformRod::outputs(const double* q, const double* v, const Loads& loads, Workspace& w, Outputs& y) const {
-  const Quadrature& grid = *constants_.grid;
-  const int n = unknowns();
-  const Eigen::Map<const Vector> strains(q, n);
+  const Eigen::Map<const Vector> strains(q, unknowns());
+  Sums sums;
+  dispatch_exact<add_up>(constants_, frame_.to_frame(loads.gravity), w, sums);
 
-  for (std::size_t m = 0; m < kShapeStations; ++m)
-    y.shape[m] = triple(length() * frame_.from_frame(weighted_sum(grid.stations[m], w.l)));
+  for (int m = 0; m < static_cast<int>(kShapeStations); ++m)
+    y.shape.data()[m] = triple(length() * frame_.from_frame({sums.x[m], sums.y[m], sums.z[m]}));
   y.tip_p = y.shape.back();
   y.tip_quaternion = w.tip_quaternion;
   if (constants_.planar) {
@@ -37,20 +76,11 @@ void UniformRod::outputs(const double* q, const double* v, const Loads& loads, W
   }
   y.tip_euler =
       euler_angles(rotation(y.tip_quaternion[0], y.tip_quaternion[1], y.tip_quaternion[2], y.tip_quaternion[3]));
-  VectorField tip_rate;
-  for (int p = 0; p < grid.packs; ++p) tip_rate.set(p, cross(w.omega[p], w.l[p]) + w.l1[p]);
-  y.tip_v = triple(length() * frame_.from_frame(weighted_sum(grid.w, tip_rate)));
+  y.tip_v = triple(length() * frame_.from_frame(sums.tip_rate));
 
   y.energy_elastic = 0.5 * stiffness_.dot(strains.cwiseAbs2());
-  ScalarField kinetic, height;
-  const Vec3 gravity = frame_.to_frame(loads.gravity);
-  for (int k = 0; k < grid.nodes; ++k) {
-    const Vec3 velocity = length() * w.velocity.at(k), spin = w.omega_body.at(k);
-    kinetic[k] = section_.mass * dot(velocity, velocity) + dot(spin, scale(section_.inertia, spin));
-    height[k] = (1.0 - grid.s[k]) * dot(gravity, w.l.at(k));  // int_0^L g.p ds by parts
-  }
-  y.energy_kinetic = 0.5 * length() * weighted_sum(grid.w, kinetic);
-  y.energy_gravity = -section_.mass * length() * length() * weighted_sum(grid.w, height);
+  y.energy_kinetic = 0.5 * length() * sums.kinetic;
+  y.energy_gravity = -section_.mass * length() * length() * sums.height;
   tca_outputs(v, loads, w, y);
   y.out_of_plane = constants_.planar ? out_of_plane(loads, w) : 0.0;
 }

@@ -69,7 +69,8 @@ void UniformRod::residual(const double* q, const double* v, const double* a, con
   pull(loads, work);
   r += stiffness_.cwiseProduct(Eigen::Map<const Vector>(q, n));
   r += damping_.cwiseProduct(Eigen::Map<const Vector>(v, n));
-  for (std::size_t i = 0; i < tcas(); ++i) r += work.tension[i].value * work.b[i];
+  for (std::size_t i = 0; i < tcas(); ++i)
+    if (work.tension[i].value != 0.0) r += work.tension[i].value * work.b[i];
 }
 
 void UniformRod::static_residual(const double* q, const Loads& loads, Workspace& work, Vector& r) const {
@@ -79,7 +80,8 @@ void UniformRod::static_residual(const double* q, const Loads& loads, Workspace&
   residual_loops_.statics(constants_, q, loads.seen_from(frame_), work, r.data(), gradients(work));
   pull(loads, work);
   r += stiffness_.cwiseProduct(Eigen::Map<const Vector>(q, n));
-  for (std::size_t i = 0; i < tcas(); ++i) r += work.tension[i].value * work.b[i];
+  for (std::size_t i = 0; i < tcas(); ++i)
+    if (work.tension[i].value != 0.0) r += work.tension[i].value * work.b[i];
 }
 
 void UniformRod::kinematics(const double* q, const double* v, const Loads& loads, Workspace& work) const {

@@ -61,8 +61,8 @@ Quadrature::Quadrature(int packs)
   }
   for (int j = 0; j < nodes; ++j) {
     for (int k = 0; k < nodes; ++k) forward[j][k] = 0.5 * lagrange_integral(nodes, x[j], weight[j], x[k]);
-    for (std::size_t m = 0; m < kShapeStations; ++m)
-      stations[m][j] = 0.5 * lagrange_integral(nodes, x[j], weight[j], 2.0 * m / (kShapeStations - 1) - 1.0);
+    for (int m = 0; m < static_cast<int>(kShapeStations); ++m)
+      stations[j][m] = 0.5 * lagrange_integral(nodes, x[j], weight[j], 2.0 * m / (kShapeStations - 1) - 1.0);
   }
   for (int k = 0; k < nodes; ++k)
     for (int j = 0; j < nodes; ++j) adjoint[k][j] = w[k] * forward[j][k] / w[j];

@@ -28,6 +28,18 @@ struct alignas(kPackSize * sizeof(double)) IntervalField {
   ROD_INLINE double operator[](int e) const { return value[e]; }
 };
 
+inline constexpr int kStationPacks = (static_cast<int>(kShapeStations) + kPackSize - 1) / kPackSize;
+
+/// One number per station, padded with zeros to whole packs.
+struct alignas(kPackSize * sizeof(double)) StationField {
+  union {
+    Pack pack[kStationPacks] = {};
+    double value[kStationPacks * kPackSize];
+  };
+  ROD_INLINE double& operator[](int m) { return value[m]; }
+  ROD_INLINE double operator[](int m) const { return value[m]; }
+};
+
 struct Quadrature {
   explicit Quadrature(int packs);
 
@@ -39,8 +51,8 @@ struct Quadrature {
   std::array<ScalarField, kMaxNodes> forward;
   /// adjoint[k][j] = w_k forward[j][k] / w_j, so that sum_k w_k g_k (int_0^s f)(s_k) = sum_j w_j f_j (int_s^1 g)(s_j).
   std::array<ScalarField, kMaxNodes> adjoint;
-  /// stations[m][j] = int_0^{m/20} l_j: integrals at the evenly spaced stations.
-  std::array<ScalarField, kShapeStations> stations;
+  /// stations[j][m] = int_0^{m/20} l_j: integrals at the evenly spaced stations.
+  std::array<StationField, kMaxNodes> stations;
   /// legendre[a][k] = P_a(2 s_k - 1), and their integrals from the clamp, which end at 0 but for a = 0.
   std::array<ScalarField, kMaxTerms> legendre, legendre_integral;
   /// moment[a][k] = w_k P_a(2 s_k - 1)

@@ -24,11 +24,17 @@ BodyLoads Loads::seen_from(const Frame& frame) const {
 }
 
 Loads loads_at(const Inputs& u, double elapsed) {
-  return collect(u, [elapsed](const Polynomial& p) { return core::value(p, elapsed); });
+  return collect(u, [elapsed](const Polynomial& p) { return core::is_constant(p) ? p[0] : core::value(p, elapsed); });
+}
+
+PerTca<double> temperatures_at(const Inputs& u, double elapsed) {
+  PerTca<double> T{};
+  for (std::size_t i = 0; i < u.tcas; ++i) T[i] = core::value(u.T[i], elapsed);
+  return T;
 }
 
 Loads load_rates_at(const Inputs& u, double elapsed) {
-  return collect(u, [elapsed](const Polynomial& p) { return core::rate(p, elapsed); });
+  return collect(u, [elapsed](const Polynomial& p) { return core::is_constant(p) ? 0.0 : core::rate(p, elapsed); });
 }
 
 }  // namespace rod

@@ -5,6 +5,7 @@
 #include <tuple>
 
 #include "mechanics/rotations.hpp"
+#include "numerics/packed_lu.hpp"
 #include "numerics/quadrature.hpp"
 #include "physics/tca_law.hpp"
 #include "rod_support.hpp"
@@ -44,8 +45,8 @@ TEST_P(RodQuadrature, KnowsThePolynomialsIntegrals) {
 
 TEST_P(RodQuadrature, StationsEndAtTheTip) {
   for (int j = 0; j < nodes; ++j) {
-    EXPECT_NEAR(grid.stations.front()[j], 0.0, 1e-15);
-    EXPECT_NEAR(grid.stations.back()[j], grid.w[j], 1e-15);
+    EXPECT_NEAR(grid.stations[j][0], 0.0, 1e-15);
+    EXPECT_NEAR(grid.stations[j][kShapeStations - 1], grid.w[j], 1e-15);
   }
 }
 
@@ -218,4 +219,18 @@ TEST(RodTca, MeasuredLawFitsMeasuredLengths) {
   EXPECT_GT(count, 70);
   EXPECT_LT(std::sqrt(sum / count), 0.7e-3);
   EXPECT_LT(largest, 2.5e-3);
+}
+
+TEST(PackedLu, SolvesSystemsOfAllSizesInTurn) {
+  PackedLu lu;
+  std::srand(1);
+  for (const int n : {1, 2, 3, 4, 5, 9, 12, 21, 48, 7}) {
+    const Matrix A = Matrix::Random(n, n);  // rows must be swapped: diagonals near 0 are among them
+    const Vector b = Vector::Random(n);
+    Vector x = b;
+    lu.compute(A);
+    lu.solve(x, x);
+    const double scale = A.cwiseAbs().sum() * x.lpNorm<Eigen::Infinity>();
+    EXPECT_LE((A * x - b).lpNorm<Eigen::Infinity>(), 1e-15 * scale) << n;
+  }
 }
