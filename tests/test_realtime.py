@@ -25,6 +25,7 @@ def test_a_paced_run_is_the_masters() -> None:
     assert (result.durations > 0.0).all()
     assert result.worst_lateness >= 0.0
     assert 0 <= result.misses <= 50
+    assert result.busy.shape == (50,)
     assert result.allocations is None  # nobody counts in this process
 
 
@@ -39,7 +40,19 @@ def test_steps_allocate_nothing(name: str, tmp_path: Path) -> None:
 def test_deadlines_that_cannot_be_met_are_missed_and_said() -> None:
     result = run_realtime(tca.read("drop", DROP), 1e-7)
     assert result.misses > 40
+    if np.isfinite(result.busy).all():
+        assert result.own_misses > 40  # whoever else had the core
     assert run_realtime(tca.read("drop", DROP), 0.0).misses == 0  # as fast as it can: there is no deadline
+
+
+def test_what_others_take_is_no_miss_of_the_steps() -> None:
+    result = run_realtime(tca.read("drop", DROP), 0.01)
+    if np.isnan(result.busy).any():
+        pytest.skip("no clock of a thread's processor time")
+    assert (result.busy > 0.0).all()
+    assert (result.busy <= result.durations + 1e-6).all()  # read within
+    assert result.own_misses == 0  # of 10 ms none needs more, on a busy machine either
+    assert result.own_misses <= result.misses
 
 
 def test_the_same_work_beside_every_step_shows_the_host() -> None:
@@ -60,9 +73,11 @@ def test_the_command_counts_and_writes(tmp_path: Path) -> None:
     done = command("realtime", "drop", "--set", "stop_time=0.1", "--period", "5 ms", folder=tmp_path)
     assert done.returncode in (0, 1), done.stderr  # 1: a busy machine
     assert "20 steps, " in done.stdout
+    assert "of them by their own processor time" in done.stdout
+    assert "processor time at most" in done.stdout
     assert "allocations in steps: 0;" in done.stdout
     lines = (tmp_path / "results" / "drop.realtime.csv").read_text().splitlines()
-    assert lines[0] == "time [s],duration [s]"
+    assert lines[0] == "time [s],duration [s],processor time [s]"
     assert len(lines) == 21
     assert float(lines[2].split(",")[0]) == 0.005
 

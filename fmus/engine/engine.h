@@ -68,6 +68,7 @@ TCA_EXPORT int tca_batch(const TcaPlan* plan, size_t runs, size_t columns, const
 
 typedef struct {
   size_t steps, misses;  /* of the steps counted: those that ended after the next one was due */
+  size_t own_misses;     /* those that had done so too, had the thread had its core from each due time on */
   size_t allocations;    /* calls of the allocator in them; 0 where engine/counting.cpp is not loaded */
   double period;         /* [s]; given */
   double worst;          /* longest computation of a step [s] */
@@ -77,11 +78,12 @@ typedef struct {
 } TcaTimes;
 
 /* Runs a plan once, each step when it is due: step k at k times the period after the start, or at once where the period
-   is 0. times: period in, the others out; durations: (steps) [s] of each step's computation; fixed: (steps) [s] of an
+   is 0. times: period in, the others out; durations: (steps) [s] of each step's computation; busy: (steps) [s], the
+   processor time of the thread in it, nan where the system has no such clock; fixed: (steps) [s] of an
    amount of work that is always the same and about as long as a step, done behind each step where the period leaves
    time for it, else nan: how it varies is the host's doing. Returns 0, or -1 with the reason. */
 TCA_EXPORT int tca_realtime(const TcaPlan* plan, const double* parameters, double* outputs, double* durations,
-                            double* fixed, TcaTimes* times, char* failure, size_t length);
+                            double* busy, double* fixed, TcaTimes* times, char* failure, size_t length);
 
 #ifdef __cplusplus
 }

@@ -49,10 +49,14 @@ def command(
         described = read(scene, [*override, *steps])
         result = run_realtime(described, seconds)
         fixed = result.fixed[np.isfinite(result.fixed)]
-        table = Table("of the steps", "take at most", *(["fixed work takes at most"] if fixed.size else []))
+        columns = {"take at most": result.durations}
+        if np.isfinite(result.busy).all():
+            columns["processor time at most"] = result.busy
+        if fixed.size:
+            columns["fixed work takes at most"] = fixed
+        table = Table("of the steps", *columns)
         for share in (*SHARES, 100.0):
-            columns = (result.durations, fixed) if fixed.size else (result.durations,)
-            longest = [float(np.percentile(column, share, method="higher")) for column in columns]
+            longest = [float(np.percentile(column, share, method="higher")) for column in columns.values()]
             table.add_row("all" if share == 100.0 else f"{share:g} %", *(f"{1e6 * one:.1f} us" for one in longest))
         out.print(table)
         if fixed.size:
@@ -64,6 +68,7 @@ def command(
         allocations = "not counted" if result.allocations is None else str(result.allocations)
         say(
             f"{described.title}: {result.durations.size} steps, {result.misses} missed their deadline, "
+            f"{result.own_misses} of them by their own processor time, "
             f"latest start {1e6 * result.worst_lateness:.1f} us after its time",
             f"allocations in steps: {allocations}; memory locked: {'yes' if result.locked else 'no'}; "
             f"real-time priority: {'yes' if result.scheduled else 'no'}; "
@@ -71,9 +76,9 @@ def command(
         )
         path = folder / f"{described.name}.realtime.csv"
         with atomic_write(path) as draft:
-            pairs = zip(result.times[:-1].tolist(), result.durations.tolist(), strict=True)
-            lines = [f"{time!r},{spent!r}" for time, spent in pairs]
-            draft.write_text("\n".join(["time [s],duration [s]", *lines, ""]), encoding="utf-8")
+            triples = zip(result.times[:-1].tolist(), result.durations.tolist(), result.busy.tolist(), strict=True)
+            lines = [f"{time!r},{spent!r},{busy!r}" for time, spent, busy in triples]
+            draft.write_text("\n".join(["time [s],duration [s],processor time [s]", *lines, ""]), encoding="utf-8")
         written(path)
     if result.misses:
         raise SystemExit(1)

@@ -62,7 +62,7 @@ class Times(ctypes.Structure):
     """TcaTimes."""
 
     _fields_ = (
-        *((name, c_size_t) for name in ("steps", "misses", "allocations")),
+        *((name, c_size_t) for name in ("steps", "misses", "own_misses", "allocations")),
         *((name, c_double) for name in ("period", "worst", "worst_lateness")),
         ("locked", c_int),
         ("scheduled", c_int),
@@ -76,7 +76,7 @@ def library() -> Any:
     loaded = load_engine()
     array = POINTER(c_double)
     batch = (POINTER(Plan), c_size_t, c_size_t, array, array, array, c_size_t, c_char_p, c_size_t)
-    paced = (POINTER(Plan), array, array, array, array, POINTER(Times), c_char_p, c_size_t)
+    paced = (POINTER(Plan), array, array, array, array, array, POINTER(Times), c_char_p, c_size_t)
     loaded.tca_realtime.argtypes, loaded.tca_realtime.restype = paced, c_int
     loaded.tca_batch.argtypes, loaded.tca_batch.restype = batch, c_int
     return loaded

@@ -29,12 +29,17 @@ class RealtimeResult:
     period : float
         Time from one step to the next [s]; 0: as fast as it can.
     durations : ndarray, shape (steps,)
-        What the computation of each step took [s].
+        What the computation of each step took [s], by the clock.
+    busy : ndarray, shape (steps,)
+        Processor time of each step [s]; nan where the system has no such clock. What the duration exceeds it by, others
+        had the core: threads, the kernel, or the host of a virtual machine.
     fixed : ndarray, shape (steps,)
         What an amount of work that is always the same, and about as long as a step, took behind each step [s]; nan
         where the period left no time for it. How it varies is the host's doing.
     misses : int
         Steps that ended after the next one was due.
+    own_misses : int
+        Steps that had done so too, had the thread had its core from each due time on: by their processor times.
     worst_lateness : float
         Latest beginning of a step after its due time [s].
     allocations : int or None
@@ -51,8 +56,10 @@ class RealtimeResult:
 
     period: float
     durations: np.ndarray
+    busy: np.ndarray
     fixed: np.ndarray
     misses: int
+    own_misses: int
     worst_lateness: float
     allocations: int | None
     locked: bool
@@ -89,7 +96,8 @@ def run_realtime(scene: Scene, period: float, outputs: Sequence[str] = ("rod.tip
     """
     plan = EnginePlan.of(scene, [], [], outputs)
     steps = plan.times.size - 1
-    rows, durations, fixed = np.zeros((steps + 1, plan.width)), np.zeros(steps), np.full(steps, np.nan)
+    rows, durations = np.zeros((steps + 1, plan.width)), np.zeros(steps)
+    busy, fixed = np.full(steps, np.nan), np.full(steps, np.nan)
     times, text = Times(period=period), ctypes.create_string_buffer(MAX_FAILURE)
     array = ctypes.POINTER(ctypes.c_double)
     failed = library().tca_realtime(
@@ -97,6 +105,7 @@ def run_realtime(scene: Scene, period: float, outputs: Sequence[str] = ("rod.tip
         None,
         rows.ctypes.data_as(array),
         durations.ctypes.data_as(array),
+        busy.ctypes.data_as(array),
         fixed.ctypes.data_as(array),
         ctypes.byref(times),
         text,
@@ -108,8 +117,10 @@ def run_realtime(scene: Scene, period: float, outputs: Sequence[str] = ("rod.tip
     return RealtimeResult(
         period,
         durations,
+        busy,
         fixed,
         times.misses,
+        times.own_misses,
         times.worst_lateness,
         times.allocations if counted else None,
         bool(times.locked),

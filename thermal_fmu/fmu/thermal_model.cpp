@@ -7,7 +7,7 @@
 #include "fmu/model_cache.hpp"
 #include "levels/full_level.hpp"
 #include "levels/modal_level.hpp"
-#include "mesh/heat_matrices.hpp"
+#include "mesh/heat_section.hpp"
 #include "mesh/resolution.hpp"
 #include "reduction/modal_model.hpp"
 
@@ -28,12 +28,12 @@ std::string shortfall(const char* what, double asked, double reached, const char
 }
 
 /// The error of the mesh belongs to the bound where it is not below the tolerance.
-void include_mesh_error(const HeatMatrices& matrices, double tolerance, ModalModel& model) {
-  if (!(matrices.error > tolerance)) return;
-  const Eigen::Index n = matrices.tcas();
-  model.step_bound.leftCols(n).colwise() += matrices.error * model.reference;
-  model.step_bound.rightCols(1).array() += matrices.error;  // 1 K of the surroundings in the end is 1 K everywhere
-  model.bound += matrices.error;
+void include_mesh_error(const HeatSection& section, double tolerance, ModalModel& model) {
+  if (!(section.error > tolerance)) return;
+  const Eigen::Index n = section.tcas;
+  model.step_bound.leftCols(n).colwise() += section.error * model.reference;
+  model.step_bound.rightCols(1).array() += section.error;  // 1 K of the surroundings in the end is 1 K everywhere
+  model.bound += section.error;
 }
 
 }  // namespace
@@ -52,21 +52,24 @@ Status ThermalModel::build() {
     adopt(make_modal_level(std::move(known->model), p));
     return {};
   }
-  core::Result<HeatMatrices> matrices = resolved_matrices(p);
-  if (!matrices.status.is_ok()) return std::move(matrices.status);
+  core::Result<HeatSection> section = resolved_section(p);
+  if (!section.status.is_ok()) return std::move(section.status);
   accuracy_.clear();
-  if (matrices.value.error > p.tolerance)
-    accuracy_ = shortfall("the mesh ends at its highest order", p.tolerance, matrices.value.error,
+  if (section.value.error > p.tolerance)
+    accuracy_ = shortfall("the mesh ends at its highest order", p.tolerance, section.value.error,
                           "enlarge tca.outer_radius or the gaps between TCAs, or loosen tolerance");
+  core::Result<HeatMatrices> matrices;
+  if (p.level != Level::reduced) matrices = matrices_of(section.value, p);
+  if (!matrices.status.is_ok()) return std::move(matrices.status);
   if (p.level == Level::full) {
     adopt(std::make_unique<FullLevel>(matrices.value, p));
   } else {
     // A reduction that is finer than its mesh says nothing more, and costs most where the mesh is hardest to resolve.
-    const auto no_finer_than_mesh = [&](double asked) { return std::max(asked, matrices.value.error); };
+    const auto no_finer_than_mesh = [&](double asked) { return std::max(asked, section.value.error); };
     ModalModel model = p.level == Level::reduced
-                           ? reduced(matrices.value, no_finer_than_mesh(p.tolerance))
-                           : lumped(matrices.value, reduced(matrices.value, no_finer_than_mesh(kReferenceTolerance)));
-    include_mesh_error(matrices.value, p.tolerance, model);
+                           ? reduced(section.value, no_finer_than_mesh(p.tolerance))
+                           : lumped(matrices.value, reduced(section.value, no_finer_than_mesh(kReferenceTolerance)));
+    include_mesh_error(section.value, p.tolerance, model);
     if (accuracy_.empty() && model.bound > p.tolerance)
       accuracy_ =
           p.level == Level::reduced

@@ -46,15 +46,6 @@ std::vector<double> graded(double ratio, double widest_ratio) {
   return ends;
 }
 
-/// TCA indices by azimuth in [0, 2 pi).
-std::vector<std::size_t> sorted(const Tca& tca) {
-  std::vector<std::size_t> order(tca.count);
-  std::iota(order.begin(), order.end(), 0);
-  std::sort(order.begin(), order.end(),
-            [&](std::size_t a, std::size_t b) { return turn(0.0, tca.azimuth[a]) < turn(0.0, tca.azimuth[b]); });
-  return order;
-}
-
 Vector2d axis_of(const Tca& tca, std::size_t i) { return on_circle(tca.offset[i], tca.azimuth[i]); }
 
 /// Points along the bisector between two neighbours, from the axis to the rim, evenly spread in angle as seen from
@@ -132,18 +123,30 @@ void add_piece(const Body& body, const Tca& tca, std::size_t i, const Curve& bou
   }
 }
 
+bool is_even(const PerTca& values, std::size_t count) {
+  return std::all_of(values.begin(), values.begin() + count, [&](double each) { return each == values[0]; });
+}
+
 /// True for several TCAs of one radius on one circle about the axis: their cells are sectors.
 bool is_ring(const Tca& tca) {
-  const auto is_even = [&](const PerTca& values) {
-    return std::all_of(values.begin(), values.begin() + tca.count, [&](double each) { return each == values[0]; });
-  };
-  return tca.count > 1 && tca.offset[0] > 0.0 && is_even(tca.outer_radius) && is_even(tca.offset);
+  return tca.count > 1 && tca.offset[0] > 0.0 && is_even(tca.outer_radius, tca.count) && is_even(tca.offset, tca.count);
+}
+
+/// One sector, counter-clockwise: out along one bisector, round the rim, back along the other. Azimuths of the
+/// bisectors: from, to.
+void add_sector(const Body& body, const Tca& tca, std::size_t i, double from, double to,
+                const std::vector<Vector2d>& out, const std::vector<Vector2d>& back, std::vector<Patch>& patches) {
+  for (std::size_t p = 0; p + 1 < out.size(); ++p)
+    add_piece(body, tca, i, Curve::segment(out[p], out[p + 1]), false, patches);
+  for (const Curve& arc : rim_arcs(body, axis_of(tca, i), from, to)) add_piece(body, tca, i, arc, true, patches);
+  for (std::size_t p = back.size() - 1; p > 0; --p)
+    add_piece(body, tca, i, Curve::segment(back[p], back[p - 1]), false, patches);
 }
 
 /// The patches of a ring of TCAs.
 std::vector<Patch> sectors(const Body& body, const Tca& tca) {
   const std::size_t n = tca.count;
-  const std::vector<std::size_t> order = sorted(tca);
+  const std::vector<std::size_t> order = by_azimuth(tca);
   std::vector<Patch> patches;
   PerTca gap{};
   std::array<std::vector<Vector2d>, kMaxTcas> bisectors;  // after each TCA, counter-clockwise
@@ -155,15 +158,8 @@ std::vector<Patch> sectors(const Body& body, const Tca& tca) {
   for (std::size_t k = 0; k < n; ++k) {
     const std::size_t before = (k + n - 1) % n, i = order[k];
     const double azimuth = tca.azimuth[i];
-    // Counter-clockwise: out along one bisector, round the rim, back along the other.
-    const std::vector<Vector2d>& out = bisectors[before];
-    for (std::size_t p = 0; p + 1 < out.size(); ++p)
-      add_piece(body, tca, i, Curve::segment(out[p], out[p + 1]), false, patches);
-    for (const Curve& arc : rim_arcs(body, axis_of(tca, i), azimuth - 0.5 * gap[before], azimuth + 0.5 * gap[k]))
-      add_piece(body, tca, i, arc, true, patches);
-    const std::vector<Vector2d>& back = bisectors[k];
-    for (std::size_t p = back.size() - 1; p > 0; --p)
-      add_piece(body, tca, i, Curve::segment(back[p], back[p - 1]), false, patches);
+    add_sector(body, tca, i, azimuth - 0.5 * gap[before], azimuth + 0.5 * gap[k], bisectors[before], bisectors[k],
+               patches);
   }
   return patches;
 }
@@ -308,6 +304,42 @@ core::Status check(const Body& body, const Tca& tca) {
 
 std::vector<Patch> cross_section(const Body& body, const Tca& tca) {
   return is_ring(tca) ? sectors(body, tca) : cells(body, tca);
+}
+
+std::vector<std::size_t> by_azimuth(const Tca& tca) {
+  std::vector<std::size_t> order(tca.count);
+  std::iota(order.begin(), order.end(), 0);
+  std::sort(order.begin(), order.end(),
+            [&](std::size_t a, std::size_t b) { return turn(0.0, tca.azimuth[a]) < turn(0.0, tca.azimuth[b]); });
+  return order;
+}
+
+bool is_cyclic(const Tca& tca) {
+  constexpr double kRounding = 1e-12;  // of an azimuth [rad]: moves temperatures by no larger a part of themselves
+  const std::size_t n = tca.count;
+  if (n == 1) return true;
+  if (!is_ring(tca)) return false;
+  for (const PerTca* values : {&tca.inner_radius, &tca.k, &tca.rho_c})
+    if (!is_even(*values, n)) return false;
+  const std::vector<std::size_t> order = by_azimuth(tca);
+  for (std::size_t k = 0; k < n; ++k) {
+    const double gap = turn(tca.azimuth[order[k]], tca.azimuth[order[(k + 1) % n]]);
+    if (std::abs(gap - kTurn / static_cast<double>(n)) > kRounding) return false;
+  }
+  return true;
+}
+
+std::vector<Patch> cyclic_cell(const Body& body, const Tca& tca) {
+  Tca first = tca;
+  first.azimuth[0] = 0.0;
+  if (tca.count == 1) return cells(body, first);
+  const double gap = kTurn / static_cast<double>(tca.count);
+  const std::vector<Vector2d> back = bisector(body, tca.offset[0], 0.0, gap);
+  std::vector<Vector2d> out = back;
+  for (Vector2d& point : out) point.y() = -point.y();
+  std::vector<Patch> patches;
+  add_sector(body, first, 0, -0.5 * gap, 0.5 * gap, out, back, patches);
+  return patches;
 }
 
 }  // namespace thermal

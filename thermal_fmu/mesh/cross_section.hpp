@@ -47,4 +47,14 @@ core::Status check(const Body& body, const Tca& tca);
 /// The patches of a cross-section that check() accepts.
 std::vector<Patch> cross_section(const Body& body, const Tca& tca);
 
+/// TCA indices by azimuth in [0, 2 pi).
+std::vector<std::size_t> by_azimuth(const Tca& tca);
+
+/// True for equal TCAs on one circle about the axis at even azimuths, to rounding, and for a single TCA: the section
+/// is the same after a turn from TCA to TCA, and its own mirror image in the plane through the axes of TCA and body.
+bool is_cyclic(const Tca& tca);
+
+/// The patches of the cell of one TCA of such a section, as if that TCA had index 0 and azimuth 0.
+std::vector<Patch> cyclic_cell(const Body& body, const Tca& tca);
+
 }  // namespace thermal

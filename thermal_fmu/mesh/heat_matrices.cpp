@@ -93,10 +93,14 @@ std::vector<int> merged(const std::vector<Vector2d>& points, double closeness, i
 }  // namespace
 
 core::Result<HeatMatrices> heat_matrices(const Parameters& parameters, int order) {
+  if (core::Status status = check(parameters.body, parameters.tca); !status.is_ok()) return status;
+  return heat_matrices(cross_section(parameters.body, parameters.tca), parameters, parameters.tca.count, order);
+}
+
+core::Result<HeatMatrices> heat_matrices(const std::vector<Patch>& patches, const Parameters& parameters,
+                                         std::size_t tcas, int order) {
   const Body& body = parameters.body;
   const Tca& tca = parameters.tca;
-  if (core::Status status = check(body, tca); !status.is_ok()) return status;
-  const std::vector<Patch> patches = cross_section(body, tca);
   const LobattoRule rule = lobatto_rule(order);
   const Index n = rule.nodes.size(), locals = n * n;
 
@@ -112,12 +116,15 @@ core::Result<HeatMatrices> heat_matrices(const Parameters& parameters, int order
   const std::vector<int> number = merged(points, 1e-10 * body.radius, count);
 
   HeatMatrices m;
+  m.points.resize(count);
+  for (std::size_t k = 0; k < points.size(); ++k) m.points[number[k]] = points[k];
   m.mass = Eigen::VectorXd::Zero(count);
-  const auto surface = static_cast<Index>(tca.count);  // column of the loads, behind the TCAs
+  const auto surface = static_cast<Index>(tcas);  // column of the loads, behind the TCAs
   m.loads = MatrixXd::Zero(count, surface + 1);
   std::vector<Eigen::Triplet<double>> entries;
   entries.reserve(patches.size() * (locals * locals + n));
   std::vector<bool> is_probe(count, false);
+  const double h = Convection(parameters).reference();
   for (std::size_t k = 0; k < patches.size(); ++k) {
     const Patch& patch = patches[k];
     const Element& e = elements[k];
@@ -135,7 +142,7 @@ core::Result<HeatMatrices> heat_matrices(const Parameters& parameters, int order
     if (!patch.is_at_surface) continue;
     for (Index i = 0; i < n; ++i) {
       const int at = node[i + n * (n - 1)];
-      const double convection = Convection(parameters).reference() * body.length * e.edge[i];
+      const double convection = h * body.length * e.edge[i];
       m.loads(at, surface) += convection;
       entries.emplace_back(at, at, convection);
       is_probe[at] = true;

@@ -15,22 +15,32 @@
 
 namespace thermal {
 
-struct HeatMatrices {
+struct HeatSystem {
   Eigen::VectorXd mass;                   // diagonal [J/K]
   Eigen::SparseMatrix<double> stiffness;  // with the convection [W/K]; both triangles
   Eigen::MatrixXd loads;                  // columns mean_1 .. mean_N [1], surface [W/K]
+
+  Eigen::Index size() const { return mass.size(); }
+};
+
+struct HeatMatrices : HeatSystem {
   double surface_conductance = 0.0;       // h times the surface's area, the sum of `surface` [W/K]
+  std::vector<Eigen::Vector2d> points;    // of the nodes [m]
   std::vector<int> probes;                // nodes of the TCAs and of the surface, where T_max is looked for
   std::vector<ProbePatch> probe_patches;  // elements and edges that they belong to
   int order = 0;                          // of the elements
   bool is_insulated = false;              // see insulated.hpp; set where the order is searched for
   double error = 0.0;                     // estimate for any T_i, in units of the reference rise; 0: not estimated
 
-  Eigen::Index size() const { return mass.size(); }
   Eigen::Index tcas() const { return loads.cols() - 1; }
 };
 
 /// Fails where check() of the cross-section does, or when an element is folded.
 core::Result<HeatMatrices> heat_matrices(const Parameters& parameters, int order);
+
+/// The matrices over patches of the section that hold TCAs 1 to `tcas`; no heat passes their outer sides but those at
+/// the surface.
+core::Result<HeatMatrices> heat_matrices(const std::vector<Patch>& patches, const Parameters& parameters,
+                                         std::size_t tcas, int order);
 
 }  // namespace thermal

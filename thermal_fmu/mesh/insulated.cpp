@@ -29,20 +29,22 @@ SparseMatrix pinned(const SparseMatrix& matrix, Index pin) {
 // With T = T_pin 1 + D, D_pin = 0, and stiffness 1 = surface (exactly: conduction alone leaves uniform temperatures
 // alone), the rows but `pin` read  stiffness_rr D = load - surface T_pin,  and the sum of all rows reads
 // surface' D + h S T_pin = 1 W.
-MatrixXd rises_above_surface(const HeatMatrices& m) {
-  const auto surface = m.loads.col(m.tcas());
+MatrixXd rises_above_surface(const HeatSystem& m) {
+  const Index tcas = m.loads.cols() - 1;
+  const auto surface = m.loads.col(tcas);
+  const double conductance = surface.sum();
   Index pin = 0;
   surface.maxCoeff(&pin);
   const Eigen::SimplicialLDLT<SparseMatrix> factor(pinned(m.stiffness, pin));
   MatrixXd loads = m.loads;
   loads.row(pin).setZero();
   const MatrixXd solved = factor.solve(loads);
-  const auto by_surface = solved.col(m.tcas());
-  MatrixXd above = solved.leftCols(m.tcas());
+  const auto by_surface = solved.col(tcas);
+  MatrixXd above = solved.leftCols(tcas);
   for (Index i = 0; i < above.cols(); ++i) {
-    const double at_pin = (1.0 - surface.dot(above.col(i))) / (m.surface_conductance - surface.dot(by_surface));
+    const double at_pin = (1.0 - surface.dot(above.col(i))) / (conductance - surface.dot(by_surface));
     above.col(i) -= by_surface * at_pin;
-    above.col(i).array() -= surface.dot(above.col(i)) / m.surface_conductance;
+    above.col(i).array() -= surface.dot(above.col(i)) / conductance;
   }
   return above;
 }

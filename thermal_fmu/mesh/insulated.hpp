@@ -28,7 +28,8 @@ inline bool is_insulated(double steady, double above_surface) {
   return !(steady > 0.0) || !(above_surface > 0.0) || !(steady <= kMostRatio * above_surface);
 }
 
-/// Steady temperatures less the mean of the surface, nodes x TCAs, for 1 W in each TCA [K/W]. Holds for every h > 0.
-Eigen::MatrixXd rises_above_surface(const HeatMatrices& matrices);
+/// Steady temperatures less the mean of the surface, nodes x TCAs, for 1 W in each TCA [K/W]. Holds for every h > 0,
+/// and where the uniform temperature is 1 at every unknown and the last load is the surface's.
+Eigen::MatrixXd rises_above_surface(const HeatSystem& system);
 
 }  // namespace thermal

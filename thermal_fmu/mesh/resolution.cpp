@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <vector>
 
 #include "mesh/insulated.hpp"
 #include "mesh/symmetric_factor.hpp"
@@ -21,53 +22,82 @@ struct Units {
   bool is_insulated = false;
 };
 
-Units units_of(const HeatMatrices& m) {
-  Units units;
-  SymmetricFactor factor(m.stiffness);
-  factor.factor();
-  const Eigen::Index tcas = m.tcas();
-  const MatrixXd steady = m.loads.transpose() * factor.solve(m.loads.leftCols(tcas));
-  Eigen::Index hottest = 0;
-  const double rise = steady.topRows(tcas).diagonal().maxCoeff(&hottest);
-  const double above = rise - steady(tcas, hottest) / m.surface_conductance;
-  units.is_insulated = is_insulated(rise, above);
-  units.rise = units.is_insulated
-                   ? kSurfaceShare * (m.loads.leftCols(tcas).transpose() * rises_above_surface(m)).diagonal().maxCoeff()
-                   : reference_rise(rise, above);
-  units.slowest = 1.0 / (units.rise * m.mass.sum());
-  return units;
-}
-
-/// The TCAs' part of loads' (stiffness + s mass)^-1 loads, (TCAs) x (TCAs, surroundings), in the reference rise.
-class Response {
+/// Responses loads' (stiffness + s mass)^-1 loads of a section at one order.
+class Responses {
  public:
-  Response(const HeatMatrices& matrices, const Units& units)
-      : m_(matrices), units_(units), loads_(matrices.loads), factor_(matrices.stiffness) {
-    loads_.col(m_.tcas()) *= std::sqrt(units.rise / m_.surface_conductance);  // so that it counts like a TCA's
+  explicit Responses(const HeatSection& section) : section_(section) {
+    for (const HeatPart& part : section.parts) factors_.emplace_back(part.system.stiffness);
+    steady_ = at(0.0);
   }
 
-  /// An insulated section's is not compared: 1/(h S) whatever the mesh.
-  MatrixXd steady() { return units_.is_insulated ? MatrixXd::Zero(m_.tcas(), loads_.cols()).eval() : at(0.0); }
+  /// Of all channels, (TCAs, surface) x (TCAs, surface).
+  const MatrixXd& steady() const { return steady_; }
+
+  Units units() const {
+    Units units;
+    const Eigen::Index tcas = section_.tcas;
+    Eigen::Index hottest = 0;
+    const double rise = steady_.topLeftCorner(tcas, tcas).diagonal().maxCoeff(&hottest);
+    const double above = rise - steady_(tcas, hottest) / section_.surface_conductance;
+    units.is_insulated = is_insulated(rise, above);
+    units.rise = units.is_insulated ? kSurfaceShare * rise_above_surface() : reference_rise(rise, above);
+    units.slowest = 1.0 / (units.rise * heat_capacity(section_));
+    return units;
+  }
+
+  /// The TCAs' part in the reference rise, (TCAs) x (TCAs, surroundings); an insulated section's is not compared:
+  /// 1/(h S) whatever the mesh.
+  MatrixXd steady(const Units& units) const {
+    return units.is_insulated ? MatrixXd::Zero(section_.tcas, section_.tcas + 1).eval() : scaled(steady_, units);
+  }
 
   /// Those of all frequencies, side by side.
-  MatrixXd dynamic() {
-    const Eigen::Index channels = loads_.cols();
-    MatrixXd all(m_.tcas(), channels * static_cast<Eigen::Index>(kFrequencies.size()));
+  MatrixXd dynamic(const Units& units) {
+    const Eigen::Index channels = section_.tcas + 1;
+    MatrixXd all(section_.tcas, channels * static_cast<Eigen::Index>(kFrequencies.size()));
     for (std::size_t k = 0; k < kFrequencies.size(); ++k)
-      all.middleCols(static_cast<Eigen::Index>(k) * channels, channels) = at(kFrequencies[k] * units_.slowest);
+      all.middleCols(static_cast<Eigen::Index>(k) * channels, channels) =
+          scaled(at(kFrequencies[k] * units.slowest), units);
     return all;
   }
 
  private:
   MatrixXd at(double s) {
-    factor_.factor(s * m_.mass);
-    return m_.loads.leftCols(m_.tcas()).transpose() * factor_.solve(loads_) / units_.rise;
+    MatrixXd sum = MatrixXd::Zero(section_.tcas + 1, section_.tcas + 1);
+    for (std::size_t k = 0; k < factors_.size(); ++k) {
+      const HeatSystem& system = section_.parts[k].system;
+      factors_[k].factor(s * system.mass);
+      add_response(section_.parts[k], system.loads.transpose() * factors_[k].solve(system.loads), sum);
+    }
+    return sum;
   }
 
-  const HeatMatrices& m_;
-  const Units& units_;
-  MatrixXd loads_;
-  SymmetricFactor factor_;
+  double rise_above_surface() const {
+    MatrixXd sum = MatrixXd::Zero(section_.tcas + 1, section_.tcas + 1);
+    for (std::size_t k = 0; k < factors_.size(); ++k) {
+      const HeatPart& part = section_.parts[k];
+      const Eigen::Index loads = part.system.loads.cols();
+      MatrixXd of_part = MatrixXd::Zero(loads, loads);
+      if (part.has_surface) {
+        of_part.leftCols(loads - 1) = part.system.loads.transpose() * rises_above_surface(part.system);
+      } else {
+        of_part = part.system.loads.transpose() * factors_[k].solve(part.system.loads);
+      }
+      add_response(part, of_part, sum);
+    }
+    return sum.topLeftCorner(section_.tcas, section_.tcas).diagonal().maxCoeff();
+  }
+
+  MatrixXd scaled(const MatrixXd& response, const Units& units) const {
+    MatrixXd result = response.topRows(section_.tcas) / units.rise;
+    result.col(section_.tcas) *=
+        std::sqrt(units.rise / section_.surface_conductance);  // so that it counts like a TCA's
+    return result;
+  }
+
+  const HeatSection& section_;
+  std::vector<SymmetricFactor> factors_;
+  MatrixXd steady_;
 };
 
 /// Changes of a response from order to order, taken for a geometric series.
@@ -97,26 +127,39 @@ class Changes {
 
 }  // namespace
 
-core::Result<HeatMatrices> resolved_matrices(const Parameters& parameters) {
-  core::Result<HeatMatrices> coarser;
+core::Result<HeatSection> resolved_section(const Parameters& parameters) {
+  core::Result<HeatSection> coarser;
   Units units;
   Changes steady, dynamic;
   for (int order = kLeastOrder - 1;; ++order) {
-    core::Result<HeatMatrices> here = heat_matrices(parameters, order);
+    core::Result<HeatSection> here = heat_section(parameters, order);
     if (!here.status.is_ok()) return here;
-    if (order < kLeastOrder) units = units_of(here.value);
+    Responses responses(here.value);
+    if (order < kLeastOrder) units = responses.units();
     here.value.is_insulated = units.is_insulated;
-    Response response(here.value, units);
-    steady.add(response.steady());
+    steady.add(responses.steady(units));
     if (order > kLeastOrder) {
       coarser.value.error = std::max(steady.error_before(), dynamic.error());
       if (coarser.value.error <= parameters.tolerance) return coarser;
     }
-    dynamic.add(response.dynamic());
+    dynamic.add(responses.dynamic(units));
     here.value.error = std::max(steady.cautious_error(), dynamic.error());
     if (order >= kLeastOrder && (here.value.error <= parameters.tolerance || order == kHighestOrder)) return here;
     coarser = std::move(here);
   }
+}
+
+core::Result<HeatMatrices> matrices_of(const HeatSection& section, const Parameters& parameters) {
+  core::Result<HeatMatrices> matrices = heat_matrices(parameters, section.order);
+  matrices.value.is_insulated = section.is_insulated;
+  matrices.value.error = section.error;
+  return matrices;
+}
+
+core::Result<HeatMatrices> resolved_matrices(const Parameters& parameters) {
+  core::Result<HeatSection> section = resolved_section(parameters);
+  if (!section.status.is_ok()) return std::move(section.status);
+  return matrices_of(section.value, parameters);
 }
 
 }  // namespace thermal

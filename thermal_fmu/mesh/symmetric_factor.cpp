@@ -87,6 +87,7 @@ SymmetricFactor::SymmetricFactor(const SparseMatrix& matrix) : order_(order_of(m
 }
 
 SymmetricFactor::~SymmetricFactor() {
+  if (!ldlt_) return;  // moved from
   const core::SpinLock lock(is_taken);
   order_->idle.push_back(std::move(ldlt_));
 }

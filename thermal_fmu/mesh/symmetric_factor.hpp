@@ -29,7 +29,7 @@ class SymmetricFactor {
   /// Reads a compressed matrix that stores both triangles; factor() comes before solve().
   explicit SymmetricFactor(const SparseMatrix& matrix);
   ~SymmetricFactor();
-  SymmetricFactor(const SymmetricFactor&) = delete;
+  SymmetricFactor(SymmetricFactor&&) = default;
 
   /// Factors the matrix plus a diagonal.
   void factor(const Eigen::VectorXd& added);

@@ -5,7 +5,7 @@
 
 #include <Eigen/Core>
 
-#include "mesh/heat_matrices.hpp"
+#include "mesh/heat_section.hpp"
 
 namespace thermal {
 
@@ -25,6 +25,9 @@ struct ModalModel {
 
 /// Smallest model whose error bound for a step of power is below `tolerance` times the reference rise of the heated TCA
 /// (mesh/insulated.hpp). The search ends at a cap: `bound` says what was reached.
+ModalModel reduced(const HeatSection& section, double tolerance);
+
+/// The same of the undivided section.
 ModalModel reduced(const HeatMatrices& matrices, double tolerance);
 
 /// The network over the TCAs' mean temperatures and the surface's mean temperature: conductances [W/K], capacities

@@ -15,8 +15,14 @@
 //    rho_j(t) = F L^-1 e^(-L t) V' b_j. As |s (s + A)^-1| <= 1 on the imaginary axis, Plancherel's theorem bounds it at
 //    all times by |rho_i| |rho_j| in L2, a closed form in the eigenvalues of L. It is quadratic in the residual and
 //    holds against the unreduced mesh, whatever the shifts were.
+//
+// A section in parts (mesh/heat_section.hpp) has a space for each part: A, and so F, is block diagonal. Directions of
+// all parts are ranked together.
 #include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <span>
 #include <vector>
 
 #include "mesh/insulated.hpp"
@@ -65,18 +71,13 @@ struct Projection {
   MatrixXd vectors;  // of the projected matrix
   MatrixXd residual_gram;
 
-  /// |rho_j| in L2 for every channel.
-  VectorXd residual_norms() const {
-    VectorXd norms(load.cols());
-    for (Index c = 0; c < load.cols(); ++c) {
-      const VectorXd weight = load.col(c).cwiseQuotient(rate);
-      double sum = 0.0;
-      for (Index k = 0; k < rate.size(); ++k)
-        for (Index l = 0; l < rate.size(); ++l)
-          sum += weight[k] * weight[l] * residual_gram(k, l) / (rate[k] + rate[l]);
-      norms[c] = std::sqrt(std::max(sum, 0.0));
-    }
-    return norms;
+  /// |rho_j|^2 in L2 for every load.
+  VectorXd residual_squares() const {
+    MatrixXd product(rate.size(), rate.size());
+    for (Index l = 0; l < rate.size(); ++l)
+      for (Index k = 0; k < rate.size(); ++k) product(k, l) = residual_gram(k, l) / (rate[k] + rate[l]);
+    const MatrixXd weights = rate.cwiseInverse().asDiagonal() * load;
+    return weights.cwiseProduct(product * weights).colwise().sum().cwiseMax(0.0);
   }
 };
 
@@ -121,12 +122,21 @@ Projection project(const Projection& from, const MatrixXd& w, bool is_graded) {
   return p;
 }
 
+/// |rho_j| in L2 for every channel of the section.
+VectorXd residual_norms(const HeatSection& section, std::span<const Projection> projections) {
+  VectorXd squares = VectorXd::Zero(section.tcas + 1);
+  for (std::size_t k = 0; k < projections.size(); ++k) {
+    const VectorXd of_loads = projections[k].residual_squares();
+    for (const HeatPart::Copy& copy : section.parts[k].copies)
+      squares += copy.channels.cwiseAbs2().transpose() * of_loads;
+  }
+  return squares.cwiseSqrt();
+}
+
 /// Largest bound of the heated TCAs' own step errors, relative to their reference rises.
-double relative_bound(const Projection& p, const VectorXd& reference) {
-  const VectorXd norms = p.residual_norms();
-  double largest = 0.0;
-  for (Index i = 0; i < reference.size(); ++i) largest = std::max(largest, norms[i] * norms[i] / reference[i]);
-  return largest;
+double relative_bound(const HeatSection& section, std::span<const Projection> projections, const VectorXd& reference) {
+  const VectorXd norms = residual_norms(section, projections);
+  return norms.head(section.tcas).cwiseAbs2().cwiseQuotient(reference).maxCoeff();
 }
 
 /// Points of (0, 1), each in the widest gap of those before: van der Corput's sequence.
@@ -136,162 +146,264 @@ double spread(int index) {
   return x;
 }
 
+/// One part of the section in mass-orthonormal coordinates, and its growing space.
 class Krylov {
  public:
-  explicit Krylov(const HeatMatrices& m)
-      : root_(m.mass.cwiseSqrt()),
-        a_(root_.cwiseInverse().asDiagonal() * m.stiffness * root_.cwiseInverse().asDiagonal()),
-        b_(root_.cwiseInverse().asDiagonal() * m.loads),
-        factor_(a_) {}
+  explicit Krylov(const HeatPart& part)
+      : part_(part),
+        root_(part.system.mass.cwiseSqrt()),
+        a_(root_.cwiseInverse().asDiagonal() * part.system.stiffness * root_.cwiseInverse().asDiagonal()),
+        b_(root_.cwiseInverse().asDiagonal() * part.system.loads),
+        factor_(a_),
+        basis_(part.system.size()) {}
 
-  const SparseMatrix& a() const { return a_; }
   const MatrixXd& b() const { return b_; }
   const VectorXd& root() const { return root_; }
+  Basis& basis() { return basis_; }
 
   MatrixXd solve(double shift) {
     factor_.factor(shift);
     return factor_.solve(b_);
   }
 
+  /// Holds the uniform temperature as its first basis vector, whose image is known.
+  bool is_graded(bool is_insulated) const { return is_insulated && part_.has_surface; }
+
+  Projection projection(bool is_insulated) const {
+    return is_graded(is_insulated) ? project(a_, b_, basis_.columns(), b_.rightCols(1) / root_.norm())
+                                   : project(a_, b_, basis_.columns());
+  }
+
  private:
+  const HeatPart& part_;
   VectorXd root_;
   SparseMatrix a_;
   MatrixXd b_;
   SymmetricFactor factor_;
+  Basis basis_;
 };
 
 /// Steady responses A^-1 B and the scales that follow from them.
 struct Start {
-  MatrixXd steady;       // columns that span A^-1 B; the uniform temperature first where the section is insulated
-  VectorXd rise;         // steady rise of each channel in itself
-  VectorXd reference;    // of each TCA, see mesh/insulated.hpp
-  double slowest = 0.0;  // slowest rate that is not that of the section as a whole against the surroundings
+  std::vector<MatrixXd> steady;  // of each part: columns that span A^-1 B; the uniform temperature first where graded
+  VectorXd rise;                 // steady rise of each channel in itself
+  VectorXd reference;            // of each TCA, see mesh/insulated.hpp
+  double slowest = 0.0;          // slowest rate that is not that of the section as a whole against the surroundings
   bool is_insulated = false;
 };
 
-Start start(const HeatMatrices& matrices, Krylov& krylov) {
-  const Index tcas = matrices.tcas();
+/// The same of an insulated section. `steady`: A^-1 B, of use in the parts without surface only.
+void split_uniform(const HeatSection& section, std::span<Krylov> krylov, Start& s) {
+  MatrixXd internal = MatrixXd::Zero(section.tcas + 1, section.tcas + 1);
+  for (std::size_t k = 0; k < krylov.size(); ++k) {
+    const HeatSystem& system = section.parts[k].system;
+    const Index loads = system.loads.cols();
+    MatrixXd of_loads = MatrixXd::Zero(loads, loads);
+    if (section.parts[k].has_surface) {
+      const VectorXd uniform = krylov[k].root().normalized();
+      const MatrixXd above = rises_above_surface(system);
+      of_loads.leftCols(loads - 1) = system.loads.transpose() * above;
+      s.steady[k].col(0) = uniform;
+      for (Index i = 0; i + 1 < loads; ++i) {
+        const VectorXd y = krylov[k].root().cwiseProduct(above.col(i));
+        s.steady[k].col(1 + i) = y - uniform * uniform.dot(y);
+      }
+    } else {
+      of_loads = krylov[k].b().transpose() * s.steady[k];
+    }
+    add_response(section.parts[k], of_loads, internal);
+  }
+  const VectorXd of_tcas = internal.diagonal().head(section.tcas);
+  s.rise.head(section.tcas) = of_tcas.array() + 1.0 / section.surface_conductance;
+  s.rise[section.tcas] = section.surface_conductance;
+  s.reference = kSurfaceShare * of_tcas;
+  s.slowest = 1.0 / (heat_capacity(section) * s.reference[0]);
+}
+
+Start start(const HeatSection& section, std::span<Krylov> krylov) {
+  const Index tcas = section.tcas;
   Start s;
-  s.steady = krylov.solve(0.0);
-  s.rise = (krylov.b().transpose() * s.steady).diagonal();
-  const VectorXd surface = (krylov.b().col(tcas).transpose() * s.steady).transpose() / matrices.surface_conductance;
+  MatrixXd response = MatrixXd::Zero(tcas + 1, tcas + 1), square = response;  // of the channels' steady temperatures
+  for (std::size_t k = 0; k < krylov.size(); ++k) {
+    const MatrixXd& steady = s.steady.emplace_back(krylov[k].solve(0.0));
+    add_response(section.parts[k], krylov[k].b().transpose() * steady, response);
+    add_response(section.parts[k], steady.transpose() * steady, square);
+  }
+  s.rise = response.diagonal();
   s.reference.resize(tcas);
   for (Index i = 0; i < tcas; ++i) {
-    const double above = s.rise[i] - surface[i];
+    const double above = s.rise[i] - response(tcas, i) / section.surface_conductance;
     s.is_insulated = s.is_insulated || is_insulated(s.rise[i], above);
     s.reference[i] = reference_rise(s.rise[i], above);
   }
-  s.slowest = s.rise[0] / s.steady.col(0).squaredNorm() * (s.rise[0] / s.reference[0]);
-  if (!s.is_insulated) return s;
-  const VectorXd uniform = krylov.root().normalized();
-  s.steady.resize(krylov.root().size(), tcas + 1);
-  s.steady.col(0) = uniform;
-  const MatrixXd above = rises_above_surface(matrices);
-  for (Index i = 0; i < tcas; ++i) {
-    const VectorXd y = krylov.root().cwiseProduct(above.col(i));
-    const double internal = matrices.loads.col(i).dot(above.col(i));
-    s.steady.col(1 + i) = y - uniform * uniform.dot(y);
-    s.rise[i] = internal + 1.0 / matrices.surface_conductance;
-    s.reference[i] = kSurfaceShare * internal;
-  }
-  s.rise[tcas] = matrices.surface_conductance;
-  s.slowest = 1.0 / (matrices.mass.sum() * s.reference[0]);
+  s.slowest = s.rise[0] / square(0, 0) * (s.rise[0] / s.reference[0]);
+  if (s.is_insulated) split_uniform(section, krylov, s);
   return s;
 }
 
-/// 1. A Krylov space whose bound is a tenth of the tolerance. Shifts span from the slowest rates to those of heat that
+/// 1. Krylov spaces whose bound is a tenth of the tolerance. Shifts span from the slowest rates to those of heat that
 /// crosses the thinnest length that still matters; where that is not enough, to faster ones.
-Projection krylov_space(Krylov& krylov, const Start& start, double tolerance, Basis& basis) {
+std::vector<Projection> krylov_spaces(const HeatSection& section, std::span<Krylov> krylov, const Start& start,
+                                      double tolerance) {
   constexpr int kFirst = 7, kMost = 40;  // shifts
   constexpr int kRounds = 2;             // the second with faster shifts
   constexpr double kFaster = 1e3;
   const double lowest = 0.3 * start.slowest, highest = 3e4 * start.slowest;
-  const VectorXd uniform_image = krylov.b().rightCols(1) / krylov.root().norm();
-  basis.add(start.steady);
-  Projection whole;
+  for (std::size_t k = 0; k < krylov.size(); ++k) krylov[k].basis().add(start.steady[k]);
+  std::vector<Projection> whole(krylov.size());
   for (int round = 0; round < kRounds; ++round) {
     const double low = round == 0 ? lowest : highest, high = round == 0 ? highest : kFaster * highest;
     for (int shifts = 0; shifts < (round == 0 ? kMost : kMost / 2);) {
       const int until = shifts == 0 && round == 0 ? kFirst : shifts + 2;
-      for (; shifts < until; ++shifts) basis.add(krylov.solve(low * std::pow(high / low, spread(shifts))));
-      whole = start.is_insulated ? project(krylov.a(), krylov.b(), basis.columns(), uniform_image)
-                                 : project(krylov.a(), krylov.b(), basis.columns());
-      if (relative_bound(whole, start.reference) < 0.1 * tolerance) return whole;
+      for (; shifts < until; ++shifts)
+        for (Krylov& part : krylov) part.basis().add(part.solve(low * std::pow(high / low, spread(shifts))));
+      for (std::size_t k = 0; k < krylov.size(); ++k) whole[k] = krylov[k].projection(start.is_insulated);
+      if (relative_bound(section, whole, start.reference) < 0.1 * tolerance) return whole;
     }
   }
   return whole;
 }
 
-}  // namespace
-
-ModalModel reduced(const HeatMatrices& matrices, double tolerance) {
-  Krylov krylov(matrices);
-  const Start origin = start(matrices, krylov);
-  Basis basis(matrices.size());
-  const Projection whole = krylov_space(krylov, origin, tolerance, basis);
-
-  // 2. Balanced directions. The surroundings' channel, slow and smooth, counts a tenth of a TCA's. The mode of an
-  // insulated section as a whole is kept as it is: it would hide all others.
-  const Index tcas = matrices.tcas();
-  const Index n = whole.rate.size(), kept_modes = origin.is_insulated ? 1 : 0, m = n - kept_modes;
-  const VectorXd rate = whole.rate.tail(m);
-  const MatrixXd load = whole.load.bottomRows(m);
-  MatrixXd scaled = load;
-  scaled.rightCols(1) *= 0.1 * std::sqrt(origin.rise.head(tcas).maxCoeff() / origin.rise[tcas]);
-  MatrixXd gramian(m, m);
-  for (Index k = 0; k < m; ++k)
+/// 2. Balanced directions of one part, the strongest first. The surroundings' channel, slow and smooth, counts a tenth
+/// of a TCA's. The mode of an insulated section as a whole is kept as it is: it would hide all others.
+class Balanced {
+ public:
+  Balanced(const HeatPart& part, const Projection& whole, const Start& start, bool is_graded)
+      : whole_(whole), is_graded_(is_graded) {
+    const Index n = whole.rate.size(), m = n - (is_graded ? 1 : 0);
+    const VectorXd rate = whole.rate.tail(m);
+    const MatrixXd load = whole.load.bottomRows(m);
+    MatrixXd scaled = load * part.copies[0].channels;
+    const Index tcas = scaled.cols() - 1;
+    scaled.rightCols(1) *= 0.1 * std::sqrt(start.rise.head(tcas).maxCoeff() / start.rise[tcas]);
+    MatrixXd gramian = scaled * scaled.transpose();
     for (Index l = 0; l < m; ++l)
-      gramian(k, l) = scaled.row(k).dot(scaled.row(l)) / (std::sqrt(rate[k] * rate[l]) * (rate[k] + rate[l]));
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> balanced(gramian);
-  const VectorXd strength = balanced.eigenvalues().reverse();
-  const MatrixXd directions =
-      rate.cwiseSqrt().cwiseInverse().asDiagonal() * balanced.eigenvectors().rowwise().reverse();
-  const MatrixXd steady_small = rate.cwiseInverse().asDiagonal() * load;
+      for (Index k = 0; k < m; ++k) gramian(k, l) /= std::sqrt(rate[k] * rate[l]) * (rate[k] + rate[l]);
+    const Eigen::SelfAdjointEigenSolver<MatrixXd> balanced(gramian);
+    strength = balanced.eigenvalues().reverse();
+    directions_ = rate.cwiseSqrt().cwiseInverse().asDiagonal() * balanced.eigenvectors().rowwise().reverse();
+    steady_ = rate.cwiseInverse().asDiagonal() * load;
+  }
 
-  // 3. The fewest directions that keep the bound; directions of equal strength (symmetry) stay together.
-  std::vector<Index> cuts;
-  for (Index r = 1; r < m; ++r)
-    if (strength[r] < (1.0 - 1e-5) * strength[r - 1]) cuts.push_back(r);
-  cuts.push_back(m);
-  const auto with_kept = [&](const MatrixXd& columns) {
-    MatrixXd result = MatrixXd::Zero(n, columns.cols());
-    result.bottomRows(m) = columns;
-    return result;
-  };
-  const auto truncated = [&](Index r) {
+  /// The projection on the steady responses and the first `count` directions.
+  Projection truncated(Index count) const {
+    const Index n = whole_.rate.size();
     Basis small(n);
-    if (origin.is_insulated) small.add(MatrixXd::Identity(n, 1));
-    small.add(with_kept(steady_small));
-    small.add(with_kept(directions.leftCols(r)));
-    return project(whole, small.columns(), origin.is_insulated);
+    if (is_graded_) small.add(MatrixXd::Identity(n, 1));
+    small.add(with_kept(steady_));
+    small.add(with_kept(directions_.leftCols(count)));
+    return project(whole_, small.columns(), is_graded_);
+  }
+
+  VectorXd strength;
+
+ private:
+  MatrixXd with_kept(const MatrixXd& columns) const {
+    MatrixXd result = MatrixXd::Zero(whole_.rate.size(), columns.cols());
+    result.bottomRows(columns.rows()) = columns;
+    return result;
+  }
+
+  const Projection& whole_;
+  bool is_graded_;
+  MatrixXd directions_, steady_;
+};
+
+/// 3. The fewest directions that keep the bound; directions of equal strength (symmetry) stay together.
+std::vector<Projection> fewest(const HeatSection& section, std::span<const Balanced> balanced,
+                               const VectorXd& reference, double tolerance) {
+  struct Direction {
+    double strength;
+    std::size_t part;
+  };
+  std::vector<Direction> ranked;
+  for (std::size_t k = 0; k < balanced.size(); ++k)
+    for (const double strength : balanced[k].strength) ranked.push_back({strength, k});
+  std::stable_sort(ranked.begin(), ranked.end(),
+                   [](const Direction& a, const Direction& b) { return a.strength > b.strength; });
+  std::vector<std::size_t> cuts;
+  for (std::size_t r = 1; r < ranked.size(); ++r)
+    if (ranked[r].strength < (1.0 - 1e-5) * ranked[r - 1].strength) cuts.push_back(r);
+  cuts.push_back(ranked.size());
+  const auto truncated = [&](std::size_t cut) {
+    std::vector<Index> counts(balanced.size(), 0);
+    for (std::size_t r = 0; r < cut; ++r) ++counts[ranked[r].part];
+    std::vector<Projection> result;
+    for (std::size_t k = 0; k < balanced.size(); ++k) result.push_back(balanced[k].truncated(counts[k]));
+    return result;
   };
   std::size_t low = 0, high = cuts.size() - 1;
   while (low < high) {
     const std::size_t middle = (low + high) / 2;
-    if (relative_bound(truncated(cuts[middle]), origin.reference) <= tolerance) {
+    if (relative_bound(section, truncated(cuts[middle]), reference) <= tolerance) {
       high = middle;
     } else {
       low = middle + 1;
     }
   }
-  const Projection kept = truncated(cuts[low]);
+  return truncated(cuts[low]);
+}
 
-  const MatrixXd lifted = basis.columns() * (whole.vectors * kept.vectors);
-  ModalModel model;
-  model.rate = kept.rate;
-  model.load = kept.load;
-  model.capacity = lifted.transpose() * krylov.root();
-  model.probe.resize(static_cast<Index>(matrices.probes.size()), model.size());
-  for (Index i = 0; i < model.probe.rows(); ++i) {
-    model.probe.row(i) = lifted.row(matrices.probes[i]) / krylov.root()[matrices.probes[i]];
+/// Modes of all copies of all parts, the slowest first. `lifted`: mass-orthonormal modes of each part.
+void collect_modes(const HeatSection& section, std::span<const Krylov> krylov, std::span<const Projection> kept,
+                   std::span<const MatrixXd> lifted, ModalModel& model) {
+  struct Mode {
+    double rate;
+    std::size_t part, copy;
+    Index index;
+  };
+  std::vector<Mode> modes;
+  for (std::size_t k = 0; k < kept.size(); ++k)
+    for (Index index = 0; index < kept[k].rate.size(); ++index)
+      for (std::size_t copy = 0; copy < section.parts[k].copies.size(); ++copy)
+        modes.push_back({kept[k].rate[index], k, copy, index});
+  std::stable_sort(modes.begin(), modes.end(), [](const Mode& a, const Mode& b) { return a.rate < b.rate; });
+  const auto size = static_cast<Index>(modes.size());
+  model.rate.resize(size);
+  model.load.resize(size, section.tcas + 1);
+  model.capacity = VectorXd::Zero(size);
+  model.probe.resize(section.probes, size);
+  for (Index i = 0; i < size; ++i) {
+    const Mode& mode = modes[static_cast<std::size_t>(i)];
+    const HeatPart& part = section.parts[mode.part];
+    const HeatPart::Copy& copy = part.copies[mode.copy];
+    const VectorXd& root = krylov[mode.part].root();
+    const auto shape = lifted[mode.part].col(mode.index);
+    model.rate[i] = mode.rate;
+    model.load.row(i) = kept[mode.part].load.row(mode.index) * copy.channels;
+    if (part.has_surface) model.capacity[i] = copy.channels(copy.channels.rows() - 1, section.tcas) * shape.dot(root);
+    model.probe.col(i) = copy.probes * shape.cwiseQuotient(root);
   }
-  model.peak = Peak(matrices.probe_patches, static_cast<int>(matrices.probes.size()), matrices.order);
-  const VectorXd norms = kept.residual_norms();
-  model.step_bound = norms.head(tcas) * norms.transpose();
+}
+
+}  // namespace
+
+ModalModel reduced(const HeatSection& section, double tolerance) {
+  std::vector<Krylov> krylov;
+  krylov.reserve(section.parts.size());
+  for (const HeatPart& part : section.parts) krylov.emplace_back(part);
+  const Start origin = start(section, krylov);
+  const std::vector<Projection> whole = krylov_spaces(section, krylov, origin, tolerance);
+  std::vector<Balanced> balanced;
+  balanced.reserve(whole.size());
+  for (std::size_t k = 0; k < whole.size(); ++k)
+    balanced.emplace_back(section.parts[k], whole[k], origin, krylov[k].is_graded(origin.is_insulated));
+  const std::vector<Projection> kept = fewest(section, balanced, origin.reference, tolerance);
+
+  ModalModel model;
+  std::vector<MatrixXd> lifted;
+  for (std::size_t k = 0; k < kept.size(); ++k)
+    lifted.push_back(krylov[k].basis().columns() * (whole[k].vectors * kept[k].vectors));
+  collect_modes(section, krylov, kept, lifted, model);
+  model.peak = Peak(section.probe_patches, static_cast<int>(section.probes), section.order);
+  const VectorXd norms = residual_norms(section, kept);
+  model.step_bound = norms.head(section.tcas) * norms.transpose();
   model.reference = origin.reference;
-  model.bound = relative_bound(kept, origin.reference);
-  model.surface_conductance = matrices.surface_conductance;
+  model.bound = relative_bound(section, kept, origin.reference);
+  model.surface_conductance = section.surface_conductance;
   return model;
 }
+
+ModalModel reduced(const HeatMatrices& matrices, double tolerance) { return reduced(undivided(matrices), tolerance); }
 
 }  // namespace thermal
