@@ -68,6 +68,30 @@ std::shared_ptr<const EliminationOrder> order_of(const SparseMatrix& matrix) {
   return order;
 }
 
+using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+/// The solution in place of the right side. `columns`: their number where it is known when compiling, else 0.
+template <int columns>
+void substitute(const LdlSolver& solver, Rows& rows) {
+  const SparseMatrix& lower = solver.matrixL().nestedExpression();  // without its diagonal of ones
+  const Eigen::VectorXd diagonal = solver.vectorD();
+  const Index width = columns > 0 ? columns : rows.cols();
+  double* const first = rows.data();
+  const auto subtract = [width](double* from, double factor, const double* row) {
+    for (Index c = 0; c < width; ++c) from[c] -= factor * row[c];
+  };
+  const auto* const begins = lower.outerIndexPtr();
+  const auto* const indices = lower.innerIndexPtr();
+  const double* const values = lower.valuePtr();
+  const auto* const counts = lower.innerNonZeroPtr();  // null where the factor is compressed
+  const auto end = [&](Index j) { return counts ? begins[j] + counts[j] : begins[j + 1]; };
+  for (Index j = 0; j < lower.outerSize(); ++j)
+    for (auto k = begins[j]; k < end(j); ++k) subtract(first + indices[k] * width, values[k], first + j * width);
+  rows = diagonal.asDiagonal().inverse() * rows;
+  for (Index j = lower.outerSize(); j-- > 0;)
+    for (auto k = begins[j]; k < end(j); ++k) subtract(first + j * width, values[k], first + indices[k] * width);
+}
+
 }  // namespace
 
 SymmetricFactor::SymmetricFactor(const SparseMatrix& matrix) : order_(order_of(matrix)), upper_(order_->upper) {
@@ -106,22 +130,20 @@ void SymmetricFactor::factor(double shift) {
 
 /// Substitutes in L, D and L', all columns of the right side at once: rows of them lie side by side.
 Eigen::MatrixXd SymmetricFactor::solve(const Eigen::MatrixXd& right) const {
-  using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-  const LdlSolver& solver = *ldlt_;
-  const SparseMatrix& lower = solver.matrixL().nestedExpression();  // without its diagonal of ones
-  const Eigen::VectorXd diagonal = solver.vectorD();
   Rows rows = order_->to * right;
-  const Index width = rows.cols();
-  const auto subtract = [width](double* from, double factor, const double* row) {
-    for (Index c = 0; c < width; ++c) from[c] -= factor * row[c];
-  };
-  for (Index j = 0; j < lower.outerSize(); ++j)
-    for (SparseMatrix::InnerIterator entry(lower, j); entry; ++entry)
-      subtract(rows.row(entry.index()).data(), entry.value(), rows.row(j).data());
-  rows = diagonal.asDiagonal().inverse() * rows;
-  for (Index j = lower.outerSize(); j-- > 0;)
-    for (SparseMatrix::InnerIterator entry(lower, j); entry; ++entry)
-      subtract(rows.row(j).data(), entry.value(), rows.row(entry.index()).data());
+  switch (rows.cols()) {
+    case 1:
+      substitute<1>(*ldlt_, rows);
+      break;
+    case 2:
+      substitute<2>(*ldlt_, rows);
+      break;
+    case 4:
+      substitute<4>(*ldlt_, rows);
+      break;
+    default:
+      substitute<0>(*ldlt_, rows);
+  }
   return order_->to.inverse() * rows;
 }
 
