@@ -173,3 +173,92 @@ def test_forged_parameters_in_a_state_are_refused_or_run() -> None:
             os._exit(code)
     status = os.waitpid(child, 0)[1]
     assert os.waitstatus_to_exitcode(status) == 0
+
+
+@pytest.mark.parametrize(
+    ("values", "inputs", "words"),
+    [
+        ({"tca.wire_diameter": 1.1e-3}, {}, "tca.wire_diameter[1] = 0.0011 m"),
+        ({"tca.coils[2]": 60.0}, {}, "tca.wire_diameter[2] = 0.00065 m"),
+        ({"tca.wire_diameter": 0.9e-3}, {}, ""),  # 1.05 mm is the width of the coils, 1.01 mm their distance
+        ({"tip_body.inertia[1]": 1e-6}, {}, "tip_body.mass = 0"),
+        ({"tip_body.mass": 1e-3, "tip_body.inertia[1]": 1e-6}, {}, "at most the sum of the other two"),
+        ({"tip_body.mass": 1e-3, "tip_body.inertia[1]": 1e-6, "tip_body.inertia[2]": 1e-6}, {}, ""),
+        ({"dynamic": 0}, {"tip_force[3]": 60.0}, "is straight at 0.09 m"),  # 0.13 m of wire on 0.04 m of body
+        ({"dynamic": 0}, {"tip_force[3]": 1.0}, ""),
+        ({"closure": 2}, {"delta_guess[3]": -0.0157}, "TCA 3 is shorter by delta = -0.0157 m"),
+        ({"closure": 2}, {"delta_guess[3]": -0.0155}, ""),  # 37.5 coils of 0.65 mm are 24.4 mm of 40
+        ({"closure": 2, "tca.law": 2}, {"delta_guess[3]": -0.0157}, ""),
+    ],
+)
+def test_what_no_coil_and_no_body_can_be_is_said(values: dict, inputs: dict, words: str) -> None:
+    for again in (False, True):
+        with FMU2Host(PATHS["rod"]) as fmu:
+            if again:
+                fmu.start()
+                fmu.reset()
+                fmu.messages.clear()
+                fmu.worst = 0
+            for name, value in values.items():
+                kind = {"Real": fmu.setReal, "Boolean": fmu.setBoolean}.get(fmu.variables[name].type, fmu.setInteger)
+                kind(fmu.references([name]), [value])
+            fmu.enterInitializationMode()
+            for name, value in inputs.items():
+                fmu.write(name, value)
+            fmu.exitInitializationMode()
+            fmu.read()
+            assert fmu.worst == (1 if words else 0), fmu.messages
+            assert not words or words in " ".join(fmu.messages)
+
+
+STIFF = [
+    # level, tca.alpha_T [1/K], V [V], end [s]: a temperature changes the power in 1e-4 to 1e-6 s
+    (1, 1.0, 100.0, 30.0),
+    (2, 0.1, 20.0, 30.0),
+    (2, 1.0, 3000.0, 1.0),
+]
+
+
+@pytest.mark.parametrize(("level", "alpha", "voltage", "end"), STIFF)
+def test_stiff_feedback_is_right_in_one_long_step(level: int, alpha: float, voltage: float, end: float) -> None:
+    """Against an implicit method of order 5 on the rates of the model exchange instance."""
+    from scipy.integrate import solve_ivp
+
+    values = {"level": level, **{f"tca.alpha_T[{i}]": alpha for i in (1, 2, 3)}}
+    heat = {"V[1]": (voltage, 0.0), "V[2]": (voltage / 2, 0.0)}
+    temperatures = [f"T[{i}]" for i in (1, 2, 3)]
+    with started("thermal", values) as fmu:
+        fmu.apply(heat)
+        fmu.step(0.0, end)
+        actual = np.array(fmu.getReal(fmu.references(temperatures)))
+    with FMU2Model(PATHS["thermal"]) as model:
+        for name, value in values.items():
+            setter = model.setReal if model.variables[name].type == "Real" else model.setInteger
+            setter(model.references([name]), [value])
+        model.start()
+        model.apply(heat)
+
+        def rates(_: float, x: np.ndarray) -> np.ndarray:
+            model.put(x)
+            return model.rates()
+
+        solution = solve_ivp(rates, (0.0, end), model.states(), method="Radau", rtol=1e-7, atol=1e-9)
+        model.put(solution.y[:, -1])
+        expected = np.array(model.getReal(model.references(temperatures)))
+    assert np.abs(actual - expected).max() < 1e-4 * np.abs(expected - 298.15).max()
+
+
+def test_a_small_resistance_that_heat_raises_is_no_blow_up() -> None:
+    """2.5 % of tca.R are left by the displacement, but the heat raises them: shorter steps, as the message says."""
+    values = {**{f"tca.alpha_T[{i}]": 0.01 for i in (1, 2, 3)}, **{f"tca.beta[{i}]": 1e3 for i in (1, 2, 3)}}
+    with started("thermal", values) as fmu:
+        fmu.apply({"V[1]": (50.0, 0.0), "delta[1]": (-3.9e-5, 0.0)})
+        start = fmu.getFMUstate()
+        with pytest.raises(FMICallException) as refused:
+            fmu.step(0.0, 1e5)
+        assert refused.value.status == DISCARD
+        assert "blow-up" not in fmu.messages[-1]
+        assert "take shorter steps" in fmu.messages[-1]
+        fmu.setFMUstate(start)
+        fmu.step(0.0, 30.0)
+        assert fmu.getReal(fmu.references(["T[1]"]))[0] > 500.0

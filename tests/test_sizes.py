@@ -231,6 +231,8 @@ def _outputs(member: scenes.Member) -> list[str]:
 def test_like_a_scene_is_the_same_alone(name: str, tmp_path: Path) -> None:
     for member, path, stop, step in _own(name, tmp_path):
         assert fmpy.validation.validate_fmu(str(path)) == []
+        offers_exchange = fmpy.read_model_description(str(path)).modelExchange is not None
+        assert offers_exchange == (len(states(path)) > 0), "a host must not be offered what is refused"
         original = _alone(member, stop, step)
         if not member.value("planar"):
             assert len(states(path)) == _moving_count(member), member.name

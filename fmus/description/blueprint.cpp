@@ -87,13 +87,15 @@ std::vector<std::string> acting_inputs(const std::vector<Variable>& rows) {
 }
 
 /// Leaves the states alone that move at the start values, and takes the others out of the lists of dependencies. Where
-/// none moves, as in a static model, what depended on states depends on the inputs at once.
-void keep_moving_states(std::vector<Variable>& rows, const Configuration& configuration, std::size_t count) {
+/// none moves, as in a static model, what depended on states depends on the inputs at once. Returns whether a host can
+/// integrate the model.
+bool keep_moving_states(std::vector<Variable>& rows, const Configuration& configuration, std::size_t count) {
   const auto model = make_model(configuration);
   write_starts(rows, model->data().data());
   require(model->build().at("configuration: the start values"));
   std::vector<bool> moving(count, false);
-  if (model->check_states().is_ok()) moving = moving_states(*model, count);
+  const bool has_states = model->check_states().is_ok();
+  if (has_states) moving = moving_states(*model, count);
   const bool is_static = std::ranges::find(moving, true) == moving.end();
   const std::vector<std::string> inputs = is_static ? acting_inputs(rows) : std::vector<std::string>{};
   std::erase_if(rows, [&](const Variable& row) { return row.causality == Causality::state && !moving[row.offset]; });
@@ -106,6 +108,7 @@ void keep_moving_states(std::vector<Variable>& rows, const Configuration& config
         if (std::ranges::find(row.depends_on, name) == row.depends_on.end()) row.depends_on.push_back(name);
     if (row.start_depends_on) std::erase_if(*row.start_depends_on, is_gone);
   }
+  return has_states;
 }
 
 Blueprint make(const Configuration& configuration) {
@@ -121,7 +124,8 @@ Blueprint make(const Configuration& configuration) {
   set_starts(blueprint.rows, configuration);
   blueprint.model_states =
       static_cast<std::size_t>(std::ranges::count(blueprint.rows, Causality::state, &Variable::causality));
-  if (configuration.has_moving_states_only) keep_moving_states(blueprint.rows, configuration, blueprint.model_states);
+  if (configuration.has_moving_states_only)
+    blueprint.has_model_exchange = keep_moving_states(blueprint.rows, configuration, blueprint.model_states);
   for (std::size_t i = 0; i < blueprint.rows.size(); ++i) {
     if (blueprint.rows[i].causality == Causality::state) blueprint.states.push_back(i);
     if (blueprint.rows[i].causality == Causality::parameter) blueprint.parameters.push_back(i);

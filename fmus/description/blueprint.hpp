@@ -26,6 +26,8 @@ struct Blueprint {
   std::size_t tolerance_row = static_cast<std::size_t>(-1);
   std::string guid;  // hash of modelDescription.xml but for the GUID itself
 
+  bool has_model_exchange = true;  // false: written for a level of detail that a host cannot integrate
+
   std::size_t model_states = 0;  // states of the model; the configuration may leave out those that do not move
 
   /// The one of the default configuration, made at first use and constant from then on. Throws Error when the table

@@ -21,14 +21,14 @@ std::string attribute(std::string_view name, double value) { return attribute(na
 std::string attribute(std::string_view name, const char* value) { return attribute(name, std::string_view(value)); }
 std::string attribute(std::string_view name, bool value) { return attribute(name, value ? "true" : "false"); }
 
-/// Both interfaces, with what they share.
-std::string interfaces(const Identity& identity) {
+/// The interfaces that the start values allow, with what they share.
+std::string interfaces(const Identity& identity, bool has_model_exchange) {
   const std::string shared = attribute("canBeInstantiatedOnlyOncePerProcess", false) +
                              attribute("canNotUseMemoryManagementFunctions", true) +
                              attribute("canGetAndSetFMUstate", true) + attribute("canSerializeFMUstate", true) +
                              attribute("providesDirectionalDerivative", true) + "/>\n";
   const std::string name = attribute("modelIdentifier", identity.name);
-  return "  <ModelExchange" + name + shared + "  <CoSimulation" + name +
+  return (has_model_exchange ? "  <ModelExchange" + name + shared : std::string()) + "  <CoSimulation" + name +
          attribute("canHandleVariableCommunicationStepSize", true) + attribute("canInterpolateInputs", true) +
          attribute("maxOutputDerivativeOrder", 1.0) + shared;
 }
@@ -236,9 +236,9 @@ std::string model_description(const Blueprint& blueprint) {
          attribute("copyright", "Copyright (c) 2026 The tca-cosim authors") + attribute("license", "MIT") +
          attribute("generationTool", "tca-cosim " TCA_VERSION) + attribute("generationDateAndTime", TCA_GENERATED) +
          attribute("variableNamingConvention", "structured") + attribute("numberOfEventIndicators", 0.0) + ">\n" +
-         interfaces(identity) + unit_definitions(blueprint.rows) + type_definitions(blueprint.rows) + log_categories() +
-         default_experiment(blueprint) + model_variables(blueprint) + model_structure(blueprint.rows) +
-         "</fmiModelDescription>\n";
+         interfaces(identity, blueprint.has_model_exchange) + unit_definitions(blueprint.rows) +
+         type_definitions(blueprint.rows) + log_categories() + default_experiment(blueprint) +
+         model_variables(blueprint) + model_structure(blueprint.rows) + "</fmiModelDescription>\n";
 }
 
 }  // namespace fmu

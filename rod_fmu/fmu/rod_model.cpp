@@ -8,6 +8,7 @@
 
 #include "core/unwritten.hpp"
 #include "fmu/checks.hpp"
+#include "fmu/doubts.hpp"
 #include "fmu/energy_watch.hpp"
 #include "fmu/message.hpp"
 
@@ -16,7 +17,8 @@ namespace rod {
 namespace {
 
 // Bits of Model::warn_once.
-constexpr unsigned kPlaneWarning = 0, kSpatialErrorWarning = 1, kDoubtWarning = 2, kEnergyWarning = 3, kGridWarning = 4;
+constexpr unsigned kPlaneWarning = 0, kSpatialErrorWarning = 1, kDoubtWarning = 2, kEnergyWarning = 3, kGridWarning = 4,
+                   kParameterWarning = 5, kDisplacementWarning = 6;
 // Change of the energy of an undamped rod under constant loads over what its forms have exchanged, beyond which the
 // host is warned [1]: a tolerance of 1e-4 stays below over hundreds of oscillations.
 constexpr double kEnergyDrift = 0.05;
@@ -54,7 +56,12 @@ fmu::Status RodModel::build() {
   memory_.assign(engine_->memory_size() + (EnergyWatch::applies_to(p) ? EnergyWatch::memory_size() : 0) + 1, 0.0);
   engine_->set_unloaded(engine_memory());
   latest_.memory.clear();
+  set_displacement_ranges();
   return {};
+}
+
+void RodModel::set_displacement_ranges() {
+  for (std::size_t i = 0; i < data_.parameters.tcas; ++i) displacement_ranges_[i] = {data_.parameters, i};
 }
 
 std::span<double> RodModel::watch_memory() {
@@ -75,6 +82,8 @@ fmu::Status RodModel::retune(double t) {
   const Parameters& p = data_.parameters;
   if (fmu::Status status = check(p); !status.is_ok()) return status;
   std::unique_ptr<Engine> before = std::exchange(engine_, make_engine(p));
+  const PerTca<DisplacementRange> ranges_before = displacement_ranges_;
+  set_displacement_ranges();
   engine_->discard_look_ahead(engine_memory());
   latest_.memory.clear();
   if (!watch_memory().empty()) EnergyWatch::restart(watch_memory());
@@ -86,10 +95,13 @@ fmu::Status RodModel::retune(double t) {
     return status;
   }
   engine_ = std::move(before);
+  displacement_ranges_ = ranges_before;
   return refuse("t = ", t, " s, after a change of parameters: ", status.failure().what, "; change them less");
 }
 
 fmu::Status RodModel::initialise(double t) {
+  if (std::string doubt = doubt_parameters(data_.parameters); !doubt.empty())
+    warn_once(kParameterWarning, [&] { return std::move(doubt); });
   engine_->set_unloaded(engine_memory());
   if (!watch_memory().empty()) EnergyWatch::restart(watch_memory());
   memory_.back() = 0.0;
@@ -185,7 +197,17 @@ fmu::Status RodModel::evaluate(double t) {
                      " m in shape and displacements (output spatial_error); raise order, up to ", kMaxOrder,
                      ", or reduce the loads or tca.helix");
     });
+  warn_of_displacements(t, data_.parameters.closure == Closure::inside ? y.delta : loads.delta_guess);
   return {};
+}
+
+void RodModel::warn_of_displacements(double t, const PerTca<double>& delta) {
+  const Parameters& p = data_.parameters;
+  for (std::size_t i = 0; i < p.tcas; ++i)
+    if (!displacement_ranges_[i].contains(delta[i]))
+      warn_once(kDisplacementWarning, [&] {
+        return message("t = ", t, " s: ", doubt_displacement(p, i, displacement_ranges_[i], delta[i]));
+      });
 }
 
 fmu::Status RodModel::evaluate_on_demand(double) {

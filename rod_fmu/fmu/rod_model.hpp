@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "fmu/doubts.hpp"
 #include "fmu/engine.hpp"
 #include "model/model.hpp"
 #include "physics/data.hpp"
@@ -38,6 +39,9 @@ class RodModel final : public fmu::Model {
   std::span<double> engine_memory() { return std::span(memory_).first(engine_->memory_size()); }
   /// Memory of the energy watch; empty where the rod has damping.
   std::span<double> watch_memory();
+  void set_displacement_ranges();
+  /// Warns of TCAs that are shorter or longer than their coils can be.
+  void warn_of_displacements(double t, const PerTca<double>& delta);
   /// Warns of what is doubtful about an equilibrium.
   void warn_of_doubt(double t);
   /// Warns of what is doubtful about a complete step from t to t + h [s].
@@ -61,6 +65,7 @@ class RodModel final : public fmu::Model {
   Evaluation latest_;           // that the energy watch has asked for; most hosts read the same outputs next
   std::vector<double> memory_;  // memory of the engine, of the energy watch, then the count of evaluations
   std::unique_ptr<Engine> engine_;
+  PerTca<DisplacementRange> displacement_ranges_;
 };
 
 }  // namespace rod

@@ -16,13 +16,13 @@ constexpr int kMaxMomentSteps = 150;  // the same under a dead moment, where the
 constexpr double kNeutral = 1e-6;     // eigenvalues above minus this, over the stiffness, are neutral: a buckled round
                                       // rod, for example, turns about its axis at no cost
 constexpr int kMaxTrials = 60;        // of one step with increasing damping
-constexpr double kMinDamping = 1e-4;  // relative to the body's stiffness: below, steps are Newton steps
-constexpr int kBisections = 20;       // of the time of departure: to 1e-6 of it
-constexpr double kAtRest = 1e-8;      // largest residual of an equilibrium, over the stiffness [1]
-constexpr double kDeparture = 1e-3;   // of the strains when the motion leaves an unstable equilibrium [1]
+constexpr double kNewtonDamping = 1e-4;  // relative to the body's stiffness: below, steps are Newton steps
+constexpr int kBisections = 20;          // of the time of departure: to 1e-6 of it
+constexpr double kAtRest = 1e-8;         // largest residual of an equilibrium, over the stiffness [1]
+constexpr double kDeparture = 1e-3;      // of the strains when the motion leaves an unstable equilibrium [1]
 constexpr double kSmallShare = 1e-9;  // of a residual along growing modes [1]: below, the motion is taken for symmetric
 constexpr int kMaxDepartures = 8;     // a rod passes few unstable equilibria on its way
-constexpr double kSymmetric = 1e-12;  // residual over stiffness along growing modes [1] that is rounding: no load
+constexpr double kNoLoad = 1e-12;     // residual over stiffness along growing modes [1] that is rounding: no load
                                       // chooses a direction
 constexpr double kMarginPerDistance = 100.0;  // change of the tangent, over the stiffness, per change of a strain [1]
 constexpr double kMaxMargin = 0.3;            // over the stiffness [1]: beyond, the tangent is taken anew
@@ -85,7 +85,7 @@ Stability::Departure Stability::departure(const Rod& rod, Leave leave, Vector& c
     change = scale.cwiseProduct(directions * amplitudes);
     return change.lpNorm<Eigen::Infinity>();
   };
-  if (to_strains(along) <= kSymmetric) {
+  if (to_strains(along) <= kNoLoad) {
     change = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(0.5 * (K_ + K_.transpose())).eigenvectors().col(0);
     change *= kDeparture / change.lpNorm<Eigen::Infinity>();
     return Departure::ambiguous;
@@ -132,10 +132,10 @@ core::Status Stability::fall(const Rod& rod, const Loads& loads, double toleranc
         continue;
       }
     }
-    if (damping < kMinDamping) damping = stable ? kNeutral : kMinDamping;
+    if (damping < kNewtonDamping) damping = stable ? kNeutral : kNewtonDamping;
     double size = 0.0;
     int trial = 0;
-    for (; trial < kMaxTrials; ++trial, damping = std::max(4.0 * damping, kMinDamping)) {
+    for (; trial < kMaxTrials; ++trial, damping = std::max(4.0 * damping, kNewtonDamping)) {
       if (!factor(rod, damping)) continue;
       change_ = -cholesky_.solve(r_);
       size = change_.lpNorm<Eigen::Infinity>();

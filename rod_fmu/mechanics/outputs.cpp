@@ -6,12 +6,11 @@
 #include "mechanics/rotations.hpp"
 #include "mechanics/uniform_rod.hpp"
 #include "numerics/kernel.hpp"
+#include "physics/triple.hpp"
 
 namespace rod {
 
 namespace {
-
-Triple triple(const Vec3& a) { return {a.x, a.y, a.z}; }
 
 /// Integrals over the nodes that outputs are made of, in units of the length.
 struct Sums {

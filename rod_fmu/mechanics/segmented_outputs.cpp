@@ -6,14 +6,9 @@
 #include "mechanics/rotations.hpp"
 #include "mechanics/segmented_rod.hpp"
 #include "numerics/kernel.hpp"
+#include "physics/triple.hpp"
 
 namespace rod {
-
-namespace {
-
-Triple triple(const Vec3& a) { return {a.x, a.y, a.z}; }
-
-}  // namespace
 
 void SegmentedRod::outputs(const double* q, const double* v, const Loads& loads, Workspace& work, Outputs& y) const {
   const SectionMotion& tip = work.segments.back().tip;

@@ -4,15 +4,16 @@
 
 #include "mechanics/rotations.hpp"
 #include "pade/grid_rod.hpp"
+#include "pade/to_eigen.hpp"
 
 namespace rod {
 
+using pade::to_eigen;
 using pade::Vector3;
 using pade::Vector6;
 
 namespace {
 
-Vector3 three(const Vec3& a) { return {a.x, a.y, a.z}; }
 Triple triple(const Vector3& a) { return {a[0], a[1], a[2]}; }
 
 Eigen::Quaterniond orientation(const ConstGridState& state, int k) {
@@ -45,14 +46,14 @@ void GridRod::outputs(const Loads& loads, const ConstGridState& state, Outputs& 
   const Vector6 stiffness = Eigen::Map<const Vector6>(section_.stiffness.data());
   const Vector6 reference = Eigen::Map<const Vector6>(section_.reference.data());
   Vector6 inertia;
-  inertia << three(section_.inertia), Vector3::Constant(section_.mass);
+  inertia << to_eigen(section_.inertia), Vector3::Constant(section_.mass);
   y.energy_elastic = y.energy_kinetic = y.energy_gravity = y.energy_tca = 0.0;
   for (int k = 0; k < points_; ++k) {
     const Vector6 strain = state.strain(k) - reference;
     const Vector6 velocity = state.velocity(k);
     y.energy_elastic += 0.5 * weight_[k] * strain.dot(stiffness.cwiseProduct(strain));
     y.energy_kinetic += 0.5 * weight_[k] * velocity.dot(inertia.cwiseProduct(velocity));
-    y.energy_gravity -= section_.mass * weight_[k] * three(loads.gravity).dot(state.position(k));
+    y.energy_gravity -= section_.mass * weight_[k] * to_eigen(loads.gravity).dot(state.position(k));
   }
   y.energy_dissipated = state.dissipated();
   y.out_of_plane = 0.0;   // this rod is spatial

@@ -6,14 +6,11 @@
 
 #include "integration/halving.hpp"
 #include "pade/step_equations.hpp"
+#include "pade/to_eigen.hpp"
 
 namespace rod {
 
-namespace {
-
-Vector3 three(const Vec3& a) { return {a.x, a.y, a.z}; }
-
-}  // namespace
+using pade::to_eigen;
 
 GridRod::GridRod(const Parameters& p, const Section& section, int points)
     : points_(points),
@@ -124,7 +121,7 @@ GridRod::StepEquations GridRod::step_equations(const Loads& loads, double h, con
   s.force = F;
   s.inside = closure_ == Closure::inside;
   s.T = loads.T;
-  const Vector3 J = three(section_.inertia);
+  const Vector3 J = to_eigen(section_.inertia);
   for (int c = 0; c < 6; ++c) {
     const double unit = c < 3 ? 1.0 / L : 1.0;
     s.section.stiffness[c] = section_.stiffness[c] / F * unit * unit;
@@ -148,13 +145,13 @@ GridRod::StepEquations GridRod::step_equations(const Loads& loads, double h, con
     pade::PreviousNode& b = scratch.before[k];
     b.z << L * state.strain(k).head<3>(), state.strain(k).tail<3>(), h * state.velocity(k).head<3>(),
         h / L * state.velocity(k).tail<3>();
-    b.gravity = back * three(loads.gravity);
+    b.gravity = back * to_eigen(loads.gravity);
     b.stretch = state.stretch(k);
     for (int i = 0; i < tcas_; ++i) b.r[i] = r_[k][i] / L, b.r_slope[i] = r_slope_[k][i];
     scratch.z[k] = b.z;
     if (k + 1 == points_) {
-      s.tip_moment = back * three(loads.tip_moment) / (F * L);
-      s.tip_force = back * three(loads.tip_force) / F;
+      s.tip_moment = back * to_eigen(loads.tip_moment) / (F * L);
+      s.tip_force = back * to_eigen(loads.tip_force) / F;
       s.moment_before = back * state.tip_load().head<3>() / (F * L) - s.tip_moment;
       s.force_before = back * state.tip_load().tail<3>() / F - s.tip_force;
     }
@@ -184,7 +181,7 @@ void GridRod::accept(const StepEquations& s, const Loads& loads, double h, const
   }
   state.dissipated() += heat;
   state.tension() = s.force * s.N;
-  state.tip_load() << three(loads.tip_moment), three(loads.tip_force);
+  state.tip_load() << to_eigen(loads.tip_moment), to_eigen(loads.tip_force);
   state.delta_rate() = (displacements(state) - delta) / h;
   fit_pose(state);
 }

@@ -16,9 +16,11 @@ using core::value;
 using Eigen::Index;
 using Eigen::MatrixXd;
 
-constexpr int kMostParts = 20000;    // parts of a step with feedback: bounds the work of a call to about a second
-constexpr int kIterations = 60;      // of the powers, at most
-constexpr double kSame = 1e-14;      // relative change at which the powers are settled
+constexpr int kMostParts = 20000;        // parts of a step with feedback: bounds the work of a call to about a second
+constexpr int kIterations = 60;          // of the powers, at most
+constexpr int kNewtonIterations = 20;    // the same
+constexpr double kSame = 1e-14;          // relative change at which the powers are settled
+constexpr double kSameByNewton = 1e-12;  // the same where rounding is amplified by steep powers
 constexpr double kSameRise = 1e-12;  // change [K] at which the effective surroundings are settled, of 1 K and theirs
 
 /// The points of a step with feedback, in units of its length, and what is read off the values there.
@@ -90,40 +92,17 @@ bool ModalLevel<tcas>::solve_powers(const State& state, const Drive& drive, doub
     }
     for (Index i = 0; i < n_rows; ++i) base_rises_[i + n_rows * m] = load_.col(i).dot(z_);
   }
-  AtPoints v2(n_tcas, kPoints), delta(n_tcas, kPoints);
   for (int m = 0; m < kPoints; ++m) {
     const double s = from + points().at[m] * c.h;
     for (Index i = 0; i < n_tcas; ++i) {
-      v2(i, m) = std::pow(value(drive.V[i], s), 2);
-      delta(i, m) = value(drive.delta[i], s);
-      rises_(i, m) = base_rises_[i];
+      v2_(i, m) = std::pow(value(drive.V[i], s), 2);
+      delta_(i, m) = value(drive.delta[i], s);
     }
-    if (has_varying_convection()) rises_(n_tcas, m) = base_rises_[n_tcas];
   }
-  bool has_settled = false;
-  for (int iteration = 0; iteration < kIterations && !has_settled; ++iteration) {
-    double change = 0.0, largest = 0.0;
-    for (int m = 0; m < kPoints; ++m)
-      for (Index i = 0; i < n_tcas; ++i) {
-        const double resistance = circuit_.resistance(i, rises_(i, m), delta(i, m));
-        if (!(resistance > 0.0)) return false;
-        conductances_(i, m) = 1.0 / resistance;
-        const double power = v2(i, m) / resistance;
-        if (iteration > 0) change = std::max(change, std::abs(power - powers_(i, m)));
-        largest = std::max(largest, power);
-        powers_(i, m) = power;
-      }
-    has_settled = iteration > 0 && change <= kSame * largest;
-    if (has_varying_convection()) has_settled = update_surroundings(drive, from, c.h) && has_settled && iteration > 0;
-    Eigen::Map<Values> flat_rises(rises_.data(), n_rows * kPoints);
-    Eigen::Map<const Values> flat_powers(powers_.data(), n_rows * kPoints);
-    flat_rises = base_rises_;
-    flat_rises.noalias() += c.response * flat_powers;
-  }
-  if (!has_settled) return false;
+  if (!settle_by_iteration(drive, from, c) && !settle_by_newton(drive, from, c)) return false;
   // Does degree 6 resolve the conductances? What its last term may do to a temperature by the end of the step.
   for (Index i = 0; i < n_tcas; ++i) {
-    const double rough = std::abs(conductances_.row(i).dot(points().finest)) * v2.row(i).maxCoeff();
+    const double rough = std::abs(conductances_.row(i).dot(points().finest)) * v2_.row(i).maxCoeff();
     const double gain = c.response.row(i + n_rows * (kPoints - 1)).cwiseAbs().sum();
     if (!(rough * gain <= 0.1 * tolerance * (1.0 + std::abs(rises_(i, kPoints - 1))))) return false;
   }
@@ -131,6 +110,72 @@ bool ModalLevel<tcas>::solve_powers(const State& state, const Drive& drive, doub
   // A kelvin of the surroundings, held, is at most a kelvin of any temperature.
   const double rough = std::abs(powers_.row(n_tcas).dot(points().finest));
   return rough <= 0.1 * tolerance * (1.0 + rises_.topRows(n_tcas).cwiseAbs().maxCoeff());
+}
+
+/// Takes the rises at all points as they are at the first.
+template <int tcas>
+void ModalLevel<tcas>::hold_rises() {
+  for (Index i = 0; i < rows(); ++i) rises_.row(i).setConstant(base_rises_[i]);
+}
+
+/// Writes powers and conductances that belong to the rises, and how far the powers moved. False where a resistance is
+/// not positive.
+template <int tcas>
+bool ModalLevel<tcas>::update_powers(const Drive& drive, double from, double h, Settling& settling) {
+  settling = {};
+  for (int m = 0; m < kPoints; ++m)
+    for (Index i = 0; i < count(); ++i) {
+      const double resistance = circuit_.resistance(i, rises_(i, m), delta_(i, m));
+      if (!(resistance > 0.0)) return false;
+      conductances_(i, m) = 1.0 / resistance;
+      const double power = v2_(i, m) / resistance;
+      settling.change = std::max(settling.change, std::abs(power - powers_(i, m)));
+      settling.largest = std::max(settling.largest, power);
+      powers_(i, m) = power;
+    }
+  settling.has_same_surroundings = !has_varying_convection() || update_surroundings(drive, from, h);
+  return true;
+}
+
+template <int tcas>
+bool ModalLevel<tcas>::settle_by_iteration(const Drive& drive, double from, const Collocation& c) {
+  hold_rises();
+  Eigen::Map<Values> flat_rises(rises_.data(), rows() * kPoints);
+  const Eigen::Map<const Values> flat_powers(powers_.data(), rows() * kPoints);
+  Settling settling;
+  bool has_settled = false;
+  for (int iteration = 0; iteration < kIterations && !has_settled; ++iteration) {
+    if (!update_powers(drive, from, c.h, settling)) return false;
+    has_settled = iteration > 0 && settling.is_within(kSame);
+    flat_rises = base_rises_;
+    flat_rises.noalias() += c.response * flat_powers;
+  }
+  return has_settled;
+}
+
+/// Newton's method for the rises, where powers that fall steeply with the temperature make the iteration diverge. The
+/// surroundings, whose feedback is weak, are iterated along.
+template <int tcas>
+bool ModalLevel<tcas>::settle_by_newton(const Drive& drive, double from, const Collocation& c) {
+  hold_rises();
+  Eigen::Map<Values> flat_rises(rises_.data(), rows() * kPoints);
+  const Eigen::Map<const Values> flat_powers(powers_.data(), rows() * kPoints);
+  Settling settling;
+  for (int iteration = 0; iteration < kNewtonIterations; ++iteration) {
+    if (!update_powers(drive, from, c.h, settling)) return false;
+    if (iteration > 0 && settling.is_within(kSameByNewton)) return true;
+    slopes_ = c.response;
+    for (int m = 0; m < kPoints; ++m)
+      for (Index i = 0; i < rows(); ++i)
+        slopes_.col(i + rows() * m) *=
+            i < count() ? powers_(i, m) * conductances_(i, m) * circuit_.resistance_per_kelvin(i) : 0.0;
+    slopes_.diagonal().array() += 1.0;
+    residual_ = base_rises_ - flat_rises;
+    residual_.noalias() += c.response * flat_powers;
+    newton_.compute(slopes_);
+    flat_rises += newton_.solve(residual_);
+  }
+  return false;
 }
 
 /// Writes what the effective surroundings have more than the true ones, at every point. True where that has settled.
@@ -178,7 +223,8 @@ Status ModalLevel<tcas>::advance_with_feedback(State& state, const Drive& drive,
     if (depth < kMostHalvings)
       return Status::discard("the step needs more than " + std::to_string(kMostParts) + " parts",
                              "take shorter steps, or loosen tolerance");
-    return Status::discard("powers and temperatures do not settle however short the step",
+    return Status::discard("parts of 2^-" + std::to_string(kMostHalvings) +
+                               " of the step do not resolve how fast powers and temperatures change",
                            "take shorter steps, or reduce tca.alpha_T, tca.beta or the voltages");
   }
   Status status = advance_with_feedback(state, drive, from, 0.5 * h, tolerance, depth + 1);
@@ -191,12 +237,20 @@ constexpr int kDefault = static_cast<int>(core::kDefaultTcas);
 template auto ModalLevel<kDefault>::collocation(double, int) -> Collocation&;
 template bool ModalLevel<kDefault>::solve_powers(const State&, const Drive&, double, const Forcing&, const Collocation&,
                                                  double);
+template void ModalLevel<kDefault>::hold_rises();
+template bool ModalLevel<kDefault>::update_powers(const Drive&, double, double, Settling&);
+template bool ModalLevel<kDefault>::settle_by_iteration(const Drive&, double, const Collocation&);
+template bool ModalLevel<kDefault>::settle_by_newton(const Drive&, double, const Collocation&);
 template bool ModalLevel<kDefault>::update_surroundings(const Drive&, double, double);
 template Status ModalLevel<kDefault>::advance_with_feedback(State&, const Drive&, double, double, double, int);
 
 template auto ModalLevel<Eigen::Dynamic>::collocation(double, int) -> Collocation&;
 template bool ModalLevel<Eigen::Dynamic>::solve_powers(const State&, const Drive&, double, const Forcing&,
                                                        const Collocation&, double);
+template void ModalLevel<Eigen::Dynamic>::hold_rises();
+template bool ModalLevel<Eigen::Dynamic>::update_powers(const Drive&, double, double, Settling&);
+template bool ModalLevel<Eigen::Dynamic>::settle_by_iteration(const Drive&, double, const Collocation&);
+template bool ModalLevel<Eigen::Dynamic>::settle_by_newton(const Drive&, double, const Collocation&);
 template bool ModalLevel<Eigen::Dynamic>::update_surroundings(const Drive&, double, double);
 template Status ModalLevel<Eigen::Dynamic>::advance_with_feedback(State&, const Drive&, double, double, double, int);
 

@@ -31,7 +31,10 @@ ModalLevel<tcas>::ModalLevel(ModalModel model, const Parameters& parameters)
       powers_(rows(), kPoints),
       rises_(rows(), kPoints),
       conductances_(count(), kPoints),
+      v2_(count(), kPoints),
+      delta_(count(), kPoints),
       base_rises_(rows() * kPoints),
+      residual_(rows() * kPoints),
       z_(model_.size()),
       probed_(VectorXd::Zero(model_.size())),
       probes_(VectorXd::Zero(model_.probe.rows())) {
@@ -49,6 +52,8 @@ void ModalLevel<tcas>::retune(const Parameters& parameters) {
   circuit_ = Circuit(parameters);
   if (!has_feedback() || !collocations_.empty()) return;
   collocations_.resize(kMostHalvings + 1);
+  slopes_.setIdentity(rows() * kPoints, rows() * kPoints);
+  newton_.compute(slopes_);
   for (Collocation& c : collocations_) {
     for (Carrier& carrier : c.carriers) carrier = make_carrier();
     c.response.resize(rows() * kPoints, rows() * kPoints);

@@ -3,12 +3,13 @@
 // Voltages and T_ambient are cubics over a step, so powers are polynomials of degree 6 and phi functions carry every
 // mode over it exactly. With electrical feedback the powers depend on the temperatures they make; they are then the
 // polynomial of degree 6 through the powers at seven Lobatto points of the step, found by fixed-point iteration
-// (collocation with an exact linear part). Where that polynomial does not resolve the conductances, or the iteration
-// does not contract, the step is halved. A coefficient of convection that follows the surface is treated likewise, as
-// surroundings that depend on the surface's mean.
+// (collocation with an exact linear part), or by Newton's method where that does not contract. Where the polynomial
+// does not resolve the conductances, the step is halved. A coefficient of convection that follows the surface is
+// treated likewise, as surroundings that depend on the surface's mean.
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/LU>
 #include <array>
 #include <memory>
 #include <vector>
@@ -43,7 +44,7 @@ class ModalLevel final : public HeatLevel {
 
  private:
   static constexpr int kPoints = kPowerTerms;
-  static constexpr int kMostHalvings = 24;  // of a step with feedback
+  static constexpr int kMostHalvings = 32;  // of a step with feedback
   // Inputs of the linear problem: the power of each TCA [W], then the rise of the surroundings [K].
   static constexpr bool kIsFixed = tcas != Eigen::Dynamic;
   static constexpr int kMostTcas = kIsFixed ? tcas : static_cast<int>(kMaxTcas), kMostChannels = kMostTcas + 1;
@@ -97,6 +98,16 @@ class ModalLevel final : public HeatLevel {
   /// Powers at the points of a step. False: they do not settle, or are not resolved; a shorter step may do.
   bool solve_powers(const State& state, const Drive& drive, double from, const Forcing& ambient,
                     const Collocation& collocation, double tolerance);
+  /// How far powers moved in an iteration.
+  struct Settling {
+    double change = 0.0, largest = 0.0;  // W
+    bool has_same_surroundings = false;
+    bool is_within(double share) const { return change <= share * largest && has_same_surroundings; }
+  };
+  void hold_rises();
+  bool update_powers(const Drive& drive, double from, double h, Settling& settling);
+  bool settle_by_iteration(const Drive& drive, double from, const Collocation& collocation);
+  bool settle_by_newton(const Drive& drive, double from, const Collocation& collocation);
   bool update_surroundings(const Drive& drive, double from, double h);
   Collocation& collocation(double h, int depth);
   void observe_probes(const Eigen::Ref<const Eigen::VectorXd>& z);
@@ -115,8 +126,10 @@ class ModalLevel final : public HeatLevel {
   // Scratch: follows from the arguments of advance and observe alone.
   Carrier carrier_;
   std::vector<Collocation> collocations_;  // by depth of halving
-  AtPoints powers_, rises_, conductances_;
-  Values base_rises_;
+  AtPoints powers_, rises_, conductances_, v2_, delta_;
+  Values base_rises_, residual_;
+  Eigen::MatrixXd slopes_;
+  Eigen::PartialPivLU<Eigen::MatrixXd> newton_;
   Eigen::VectorXd z_, probed_, probes_;  // probed_: the amplitudes that probes_ belong to
   double node_rise_ = 0.0;               // highest of probes_ [K]
 };

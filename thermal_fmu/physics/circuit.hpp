@@ -25,6 +25,9 @@ class Circuit {
     return tca_.R[i] * (1.0 + tca_.alpha_T[i] * (T_0_ + rise - tca_.T_ref) + tca_.beta[i] * delta / length_);
   }
 
+  /// [ohm/K]
+  double resistance_per_kelvin(std::size_t i) const { return tca_.R[i] * tca_.alpha_T[i]; }
+
   /// Writes the power [W]. Fails where the resistance is not positive or the power is not finite.
   core::Status power(std::size_t i, double voltage, double rise, double delta, double& watt) const {
     const double ohm = has_feedback_ ? resistance(i, rise, delta) : tca_.R[i];
@@ -47,7 +50,7 @@ class Circuit {
     for (std::size_t i = 0; i < tca_.count; ++i) {
       const double ohm = resistance(i, rise[i], delta[i]);
       if (!(ohm > 0.0)) return not_positive(i, rise[i], delta[i]);
-      if (ohm > kBlowUp * tca_.R[i]) continue;
+      if (ohm > kBlowUp * tca_.R[i] || tca_.alpha_T[i] > 0.0) continue;  // one that rises with the heat recovers
       std::ostringstream what;
       what << "blow-up: the resistance of TCA " << i + 1 << " tends to 0 (" << ohm << " ohm at " << T_0_ + rise[i]
            << " K and delta = " << delta[i] << " m, " << tca_.R[i]
