@@ -63,6 +63,8 @@ std::string folder_of(std::string_view uri) {
     rest.remove_prefix(std::min(rest.size(), rest.find('/')));
   }
   std::string path = decoded(rest);
+  if (path.find('\0') != std::string::npos)  // the C library would open what is in front of it
+    throw Error("fmuResourceLocation '" + std::string(uri) + "' holds %00; give the URI of a folder, file:///...");
   const bool has_drive = path.size() > 2 && path[0] == '/' && path[2] == ':';  // /C:/... of Windows
   return has_drive ? path.substr(1) : path;
 }
@@ -73,6 +75,7 @@ Configuration read_configuration_file(std::string_view uri) {
   if (!file) throw Error("cannot read " + path);
   std::string text(kMostBytes + 1, '\0');
   text.resize(std::fread(text.data(), 1, text.size(), file.get()));
+  if (std::ferror(file.get())) throw Error("cannot read " + path);  // a folder can be opened on some systems
   if (text.size() > kMostBytes) throw Error(path + " is too long for a configuration");
   try {
     return read_configuration(text);

@@ -235,6 +235,7 @@ TEST(Resources, AreFoundByUri) {
   EXPECT_EQ(folder_of("/tmp/100%"), "/tmp/100%");
   EXPECT_EQ(folder_of("file:///C:/fmu/resources"), "C:/fmu/resources");
   EXPECT_THROW(folder_of("http://host/r"), Error);
+  EXPECT_THROW(folder_of("file:///tmp%00/r"), Error);
 }
 
 }  // namespace
