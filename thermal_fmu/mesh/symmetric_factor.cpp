@@ -13,7 +13,8 @@ namespace {
 using Eigen::Index;
 using SparseMatrix = SymmetricFactor::SparseMatrix;
 
-constexpr std::size_t kMaxOrders = 16;  // kept, of about 100 kB each: the orders of a few sections
+constexpr std::size_t kMaxOrders = 64;          // kept: the meshes of a search, in harmonics, of a few sections
+constexpr std::size_t kMaxEntries = 4'000'000;  // of all their matrices together, at about 40 bytes
 
 std::atomic_flag is_taken;
 
@@ -63,8 +64,12 @@ std::shared_ptr<const EliminationOrder> order_of(const SparseMatrix& matrix) {
   }
   auto order = find_order(matrix);
   const core::SpinLock lock(is_taken);
-  kept().push_back(order);
-  if (kept().size() > kMaxOrders) kept().pop_front();
+  auto& orders = kept();
+  orders.push_back(order);
+  std::size_t entries = 0;
+  for (const auto& each : orders) entries += each->rows.size();
+  for (; orders.size() > kMaxOrders || (entries > kMaxEntries && orders.size() > 1); orders.pop_front())
+    entries -= orders.front()->rows.size();
   return order;
 }
 
