@@ -43,14 +43,6 @@ double thread_time() {
   return std::numeric_limits<double>::quiet_NaN();
 }
 
-// Waits awake for the last part: a core that sleeps wakes late, and the host of a virtual one gives it away. Short
-// beside the period, since a kernel takes a thread of real-time priority off a core that it keeps for itself alone.
-void wait_until(Clock::time_point due, Clock::duration period) {
-  constexpr auto longest = std::chrono::microseconds(200);
-  std::this_thread::sleep_until(due - std::min<Clock::duration>(longest, period / 4));
-  while (Clock::now() < due) continue;
-}
-
 constexpr size_t rehearsed = 3;  // steps: as many samples as the polynomials of inputs go through
 
 // Memory that is never paged out, a priority above all ordinary threads, and one core, where the system grants them.
@@ -108,7 +100,7 @@ void pace(const TcaPlan& plan, engine::Run& run, double* outputs, double* durati
   double own_end = 0.0;  // of the step before [s after `start`], had the thread had its core all the time
   for (size_t k = 0; k < plan.steps; ++k) {
     const auto due = start + static_cast<Clock::rep>(k) * period;
-    if (times.period > 0.0) wait_until(due, period);
+    if (times.period > 0.0) std::this_thread::sleep_until(due);
     const unsigned long before = count ? count() : 0;
     const auto begin = Clock::now();
     const double busy_before = thread_time();

@@ -188,8 +188,8 @@ def _resident() -> int:
 def real_time(repeats: int) -> Section:
     """Measure 1 kHz in step with the clock, for `repeats` seconds each.
 
-    The same steps are run without a clock too, `repeats` times: the least that a step took in them is its own cost, without
-    what the host takes.
+    The same steps are run without a clock too, `repeats` times: the least that a step took in them is its own cost,
+    without what the host takes.
     """
     rows = []
     for label, overrides in {
@@ -213,7 +213,7 @@ def real_time(repeats: int) -> Section:
     shares = (f"{share:g} %" for share in SHARES)
     own = (f"{SHARES[-1]:g} %, own cost", "worst, own cost")
     columns = ("scene `drop`", *shares, "worst", *own, "worst processor time", "missed", "by processor time")
-    note = f"Durations of the steps of {repeats} s. Own cost: the least that each step took in {repeats} runs without a clock."
+    note = f"Durations of the steps of {repeats} s. Own cost: the least of each step in {repeats} runs without a clock."
     return Section("Real time at 1 kHz", columns, rows, note)
 
 
