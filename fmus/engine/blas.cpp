@@ -69,13 +69,6 @@ void Blas::vector_times(std::size_t rows, std::size_t columns, const double* A, 
     gemv(row_major, transposed, rows, columns, A, lda, x, y);
 }
 
-void Blas::vector_times_gathered(std::size_t rows, std::size_t n, const double* A, const double* x, double* y) const {
-  if (n == 1)
-    *y = dot(rows, A, 1, x);
-  else
-    gemv(column_major, transposed, rows, n, A, rows, x, y);
-}
-
 void Blas::times_matrix(const double* A, const double* B, std::size_t n, double* C) const {
   if (n == 1) return gemv(row_major, plain, 4, 4, A, 4, B, C);
   with_integers(functions_.long_integers, [&](auto integer) {

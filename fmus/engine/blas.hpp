@@ -18,8 +18,6 @@ class Blas {
   /// y (columns) = x (rows) A (rows, columns).
   void vector_times(std::size_t rows, std::size_t columns, const double* A, std::size_t lda, const double* x,
                     double* y) const;
-  /// y (n) = A (n, rows) x (rows), where A is stored as its transpose is: the array of numpy's a[:, indices].
-  void vector_times_gathered(std::size_t rows, std::size_t n, const double* A, const double* x, double* y) const;
   /// C (4, n) = A (4, 4) B (4, n).
   void times_matrix(const double* A, const double* B, std::size_t n, double* C) const;
 

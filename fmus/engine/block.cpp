@@ -48,7 +48,7 @@ class Block {
  private:
   bool save() {
     for (auto& loop : loops_)
-      if (loop) loop->secants().remember();
+      if (loop) loop->remember();
     return std::all_of(nodes_.begin(), nodes_.end(), [](engine::Subsystem& node) { return node.save(); });
   }
 
@@ -56,7 +56,7 @@ class Block {
     bool good = true;
     for (engine::Subsystem& node : nodes_) good = node.go_back() && good;
     for (auto& loop : loops_)
-      if (loop) loop->secants().forget();
+      if (loop) loop->forget();
     return good;
   }
 

@@ -46,6 +46,8 @@ typedef struct {
   size_t restores; /* states restored */
 } TcaNode;
 
+enum { TCA_LEAST = 3, TCA_SOLUTIONS = 6 }; /* solutions that a guess needs, and that are kept for it */
+
 typedef struct {
   size_t first, count; /* its nodes, in the order of a sweep */
   size_t size;         /* unknowns n: outputs that are guessed; 0: there is no loop */
@@ -57,6 +59,9 @@ typedef struct {
   double* columns;           /* (n, 2n) secants, newest first */
   double* combined;          /* (n, 2n) combinations of them with orthonormal differences of residuals */
   size_t kept;               /* how many there are */
+  double* times;             /* (TCA_SOLUTIONS) of the last solutions of the loop, from old to new [s] */
+  double* solutions;         /* (TCA_SOLUTIONS, n) */
+  size_t solved;             /* how many there are; a block begins with TCA_LEAST at least */
 } TcaComponent;
 
 typedef struct {
@@ -95,9 +100,7 @@ TCA_EXPORT size_t tca_step_alone(const TcaNode* node, const TcaSteps* steps);
 TCA_EXPORT void tca_secants(const TcaBlas* blas, TcaComponent* loop, const double* dx, const double* dr,
                             const double* r, double* split);
 
-/* The same for polynomials: the values (n) at s of the parabola c (3, n), and the cubic (4, outputs) of two samples. */
-TCA_EXPORT void tca_predict(const TcaBlas* blas, size_t outputs, size_t n, const size_t* columns, const double* c,
-                            double s, double* values);
+/* The same for the cubic (4, outputs) of two samples. */
 TCA_EXPORT void tca_cubic(const TcaBlas* blas, size_t outputs, const double* from, const double* to, double* cubic);
 
 /* Euclidean norm (n), correctly rounded but for one case in 10^15. */

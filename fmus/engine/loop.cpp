@@ -17,6 +17,7 @@ Loop::Loop(const TcaBlock& block, TcaComponent& component, std::vector<Subsystem
       component_(component),
       nodes_(nodes),
       secants_(block.blas, component),
+      past_(component),
       n_(component.size),
       guesses_(nodes.size()),
       guess_(nodes.size()) {
@@ -63,16 +64,8 @@ bool Loop::sweep(const std::vector<double>& x, double time, double length, doubl
 
 LoopResult Loop::solve(double time, double length, double end) {
   pack([](Subsystem& node) { return node.past(2); }, start_.data());
-  const std::size_t* output = component_.output;
-  double* guess = x_.data();
-  for (std::size_t k = 0; k < component_.sources; ++k) {
-    Subsystem& source = nodes_[component_.source[k]];
-    if (source.past(2)[0] != time) return {};
-    predict(Blas(block_.blas), source.node().outputs, component_.source_size[k], output, source.parabola(), length,
-            guess);
-    output += component_.source_size[k];
-    guess += component_.source_size[k];
-  }
+  if (component_.solved < TCA_LEAST || component_.times[component_.solved - 1] != time) return {};
+  past_.guess(end, x_.data());
   const double* scale = component_.scale;
   LoopResult result;
   for (;;) {
@@ -99,6 +92,8 @@ LoopResult Loop::solve(double time, double length, double end) {
     for (std::size_t i = 0; i < n_; ++i) difference_[i] -= r_[i];
     result.error = std::max(of_guess, norm(difference_.data(), n_));
     if (result.error <= (secants_.kept() ? block_.tolerance : blind_share * block_.tolerance)) {
+      for (std::size_t i = 0; i < n_; ++i) x_[i] = x_[i] + scale[i] * (secant_[i] + rest_[i]);
+      past_.add(end, x_.data());
       result.good = true;
       return result;
     }
@@ -111,6 +106,16 @@ void Loop::update() {
   const double length = norm(rest_.data(), n_), known = norm(secant_.data(), n_);
   const double share = std::min(1.0, length != 0.0 ? std::max(max_blind_step, known) / length : 1.0);
   for (std::size_t i = 0; i < n_; ++i) x_[i] = x_[i] + component_.scale[i] * (secant_[i] + share * rest_[i]);
+}
+
+void Loop::remember() {
+  secants_.remember();
+  past_.remember();
+}
+
+void Loop::forget() {
+  secants_.forget();
+  past_.forget();
 }
 
 }  // namespace engine

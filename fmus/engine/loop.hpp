@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "engine/past_solutions.hpp"
 #include "engine/secants.hpp"
 #include "engine/subsystem.hpp"
 
@@ -18,7 +19,9 @@ class Loop {
   Loop(const TcaBlock& block, TcaComponent& component, std::vector<Subsystem>& nodes);
 
   LoopResult solve(double time, double length, double end);
-  Secants& secants() { return secants_; }
+
+  void remember();  ///< What was learned so far, for forget().
+  void forget();
 
  private:
   void pack(const double* (*sample)(Subsystem&), double* x);
@@ -29,6 +32,7 @@ class Loop {
   TcaComponent& component_;
   std::vector<Subsystem>& nodes_;
   Secants secants_;
+  PastSolutions past_;
   std::size_t n_;
   std::vector<double> start_, x_, swept_, r_, r_before_, x_before_, scaled_, secant_, rest_, difference_;
   std::vector<std::vector<double>> guesses_;  // samples of all nodes with the guess in them

@@ -49,22 +49,12 @@ void fit_cubic(const Blas& blas, std::size_t n, const double* from, const double
   blas.times_matrix(weights, of.data(), n, polynomial);
 }
 
-void predict(const Blas& blas, std::size_t outputs, std::size_t n, const std::size_t* columns, const double* c,
-             double s, double* values) {
-  const double ahead[rows] = {1.0, s, s * s / 2.0, s * s * s / 6.0};
-  std::vector<double> gathered(rows * n);  // c[:, columns] as numpy stores it
-  for (std::size_t k = 0; k < n; ++k)
-    for (int row = 0; row < 3; ++row) gathered[rows * k + row] = c[row * outputs + columns[k]];
-  blas.vector_times_gathered(rows, n, gathered.data(), ahead, values);
-}
-
 Subsystem::Subsystem(TcaNode& node, const TcaBlas& blas)
     : node_(&node),
       blas_(blas),
       component_(node.component),
       current_(1 + 2 * node.outputs),
       polynomial_(rows * node.outputs),
-      parabola_(3 * node.outputs),
       ones_(node.outputs, 1) {
   for (int order = 1; order < rows; ++order)
     for (std::size_t k = 0; k < node.inputs; ++k) {
@@ -178,20 +168,6 @@ void Subsystem::fit(const TcaGroup& group, const double* from, const double* to,
   }
 }
 
-const double* Subsystem::parabola() {
-  const double *a = past(0), *b = past(1), *c = past(2);
-  const std::size_t n = node_->outputs;
-  const double across = 2.0 / (c[0] - a[0]), half = 0.5 * (c[0] - b[0]);
-  for (std::size_t k = 0; k < n; ++k) {
-    const double before = (b[1 + k] - a[1 + k]) / (b[0] - a[0]), after = (c[1 + k] - b[1 + k]) / (c[0] - b[0]);
-    const double bend = (after - before) * across;
-    parabola_[k] = c[1 + k];
-    parabola_[n + k] = after + bend * half;
-    parabola_[2 * n + k] = bend;
-  }
-  return parabola_.data();
-}
-
 void Subsystem::accept() {
   const std::size_t size = current_.size();
   std::copy(node_->samples + size, node_->samples + 3 * size, node_->samples);
@@ -199,11 +175,6 @@ void Subsystem::accept() {
 }
 
 }  // namespace engine
-
-void tca_predict(const TcaBlas* blas, size_t outputs, size_t n, const size_t* columns, const double* c, double s,
-                 double* values) {
-  engine::predict(engine::Blas(*blas), outputs, n, columns, c, s, values);
-}
 
 void tca_cubic(const TcaBlas* blas, size_t outputs, const double* from, const double* to, double* cubic) {
   engine::fit_cubic(engine::Blas(*blas), outputs, from, to, cubic);

@@ -16,10 +16,6 @@ constexpr int rows = 4;  // of a polynomial: c0 to c3
 /// values and rates.
 void fit_cubic(const Blas& blas, std::size_t outputs, const double* from, const double* to, double* polynomial);
 
-/// Values (n) at s of the parabola with rows c (3, outputs), for the outputs in `columns`.
-void predict(const Blas& blas, std::size_t outputs, std::size_t n, const std::size_t* columns, const double* c,
-             double s, double* values);
-
 class Subsystem {
  public:
   Subsystem(TcaNode& node, const TcaBlas& blas);
@@ -33,8 +29,6 @@ class Subsystem {
   /// Sets inputs from groups of links. `newest`: the sample at the end of the step, null: each source's own.
   bool receive(const TcaGroup* groups, std::size_t size, std::vector<Subsystem>& all, double time,
                const double* const* newest = nullptr);
-  /// The rows of the parabola (3, outputs) through the three newest samples, about the last.
-  const double* parabola();
 
   const double* past(int k) const { return node_->samples + k * (1 + 2 * node_->outputs); }  ///< 2: the newest.
   const double* current() const { return current_.data(); }
@@ -51,7 +45,7 @@ class Subsystem {
   TcaNode* node_;
   Blas blas_;
   fmi2Component component_;
-  std::vector<double> current_, polynomial_, parabola_;
+  std::vector<double> current_, polynomial_;
   std::vector<fmi2ValueReference> derivative_references_;
   std::vector<fmi2Integer> derivative_orders_, ones_;
   std::size_t restores_before_ = 0;

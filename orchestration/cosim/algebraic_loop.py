@@ -64,9 +64,9 @@ def solve_loop(
     start = interface.pack(lambda node: node.samples[-1], step.length)
     if interface.adapt(start):
         history.forget()
-    # The first guess is the parabola through the newest samples; an explicit first step starts from its own waveform.
-    fit = METHODS["quadratic"].fit if settings.loop_method else settings.torn.fit
-    guess = interface.predict(fit, step.time, step.length)
+    solutions = history.solutions
+    solutions.begin_step(step.time, start)
+    guess = _first_guess(component, step, settings, history)
     if interface.fits_nominals:  # nominals that only follow from the past do not bound the future
         far = interface.adaptive & (np.abs(guess - start) > settings.trust_radius * interface.scale)
         guess[far] = start[far]
@@ -112,6 +112,7 @@ def solve_loop(
             history.forget()
             guess = outcome.x
         if outcome.converged:
+            solutions.add(step.end, outcome.solution)
             return outcome
     except StepError as failure:
         cause, remedy = failure.cause, failure.remedy
@@ -125,6 +126,17 @@ def solve_loop(
     if len(residuals) > 1 and residuals[-1] > residuals[0]:
         cause = f"the iteration diverges ({cause})"
     raise StepError(cause, residuals, history.secants.gain, reached, remedy)
+
+
+def _first_guess(
+    component: WiredComponent, step: MacroStep, settings: Coupling, history: IterationHistory
+) -> np.ndarray:
+    """Return the unknowns (n,) at the end of the step, from earlier solutions or, where these are few, from samples."""
+    interface = component.interface
+    if settings.loop_method is None:  # a first step starts from its own waveform
+        return interface.predict(settings.torn.fit, step.time, step.length)
+    guess = None if interface.with_rates else history.solutions.guess(step.end, interface.scale)
+    return interface.predict(METHODS["quadratic"].fit, step.time, step.length) if guess is None else guess
 
 
 def _explicit(component: WiredComponent, step: MacroStep, settings: Coupling) -> Outcome:
@@ -143,7 +155,7 @@ def _explicit(component: WiredComponent, step: MacroStep, settings: Coupling) ->
         raise StepError(cause, (error,), remedy="Iterate: coupling.method = 'iqn', or take smaller macro steps")
     if interface.fits_nominals and (np.abs(swept - x) <= FOLLOWED * np.abs(swept))[interface.adaptive].all():
         interface.adapt(swept)
-    return Outcome(x, True, error, (error,))
+    return Outcome(x, True, error, (error,), x)
 
 
 def _first_step_method(component: WiredComponent, waveform: Extrapolation) -> Method | None:

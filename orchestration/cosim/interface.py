@@ -76,6 +76,7 @@ class InterfaceVector:
         ]
         self._units = np.array(units, dtype=object)
         self.fits_nominals = bool(self.adaptive.any())
+        self.with_rates = any(with_rates)
         self._adapted = self._provisional = False
 
     def adapt(self, values: np.ndarray) -> bool:

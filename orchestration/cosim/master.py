@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..errors import SubsystemError, TerminationRequest
-from .acceleration import IterationHistory
+from .acceleration import IterationHistory, PastSolutions
 from .algebraic_loop import solve_loop
 from .extrapolation import Sample, available
 from .graph import WiredComponent
@@ -165,6 +165,7 @@ class Master:
         Raises CouplingError, SubsystemError.
         """
         for component in self.components:
+            self._histories[component].solutions = PastSolutions()  # a polynomial does not continue across an event
             reinitialize_after_event(component, time, self.settings)
 
     def advance(self, step: MacroStep) -> StepLog:
@@ -207,8 +208,7 @@ class Master:
             if isinstance(failure, TerminationRequest) and not all(n.subsystem.can_rollback for n in self.nodes):
                 raise self._ended_part_way(step, failure) from failure
             self._go_back(time, length, failure)
-            # Discard the secants: they come from diverging iterates.
-            self._histories[component] = IterationHistory(component.interface.size)
+            self._histories[component].forget()  # the secants come from diverging iterates
             if isinstance(failure, StepError):
                 raise
             raise StepError(str(failure), reached=failure.reached, termination=termination) from failure

@@ -54,6 +54,8 @@ class Component(ctypes.Structure):
         *((name, _SIZES) for name in ("source", "source_size", "output")),
         *((name, _DOUBLES) for name in ("scale", "columns", "combined")),
         ("kept", c_size_t),
+        *((name, _DOUBLES) for name in ("times", "solutions")),
+        ("solved", c_size_t),
     )
 
 

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from ..cosim.acceleration import KEPT, LEAST
 from ..cosim.extrapolation import Sample
 from ..cosim.graph import WiredComponent
 from ..cosim.master import Master
@@ -150,7 +151,7 @@ class NodeMemory:
 
 
 class ComponentMemory:
-    """A component of the master for the loop, with the secants of its unknowns."""
+    """A component of the master for the loop, with the secants and past solutions of its unknowns."""
 
     def __init__(self, component: WiredComponent, master: Master) -> None:
         self.component = component
@@ -163,25 +164,41 @@ class ComponentMemory:
         outputs = [k for torn in interface.outputs for k in torn.columns.tolist()]
         self._arrays = [np.array(numbers, dtype=np.uintp) for numbers in (sources, sizes, outputs)]
         self._scale = np.array(interface.scale)
+        self._times, self._solutions = np.zeros(KEPT), np.zeros((KEPT, n))
         self.structure = c.Component(
             numbers[component.nodes[0]],
             len(component.nodes),
             n,
             len(sources),
             *(address(array) for array in (*self._arrays, self._scale, self._columns, self._combined)),
+            times=address(self._times),
+            solutions=address(self._solutions),
         )
 
+    def is_ready(self, master: Master) -> bool:
+        """Return whether there are solutions enough to guess the next from."""
+        return not self.size or len(master.history(self.component).solutions.times) >= LEAST
+
     def load(self, master: Master) -> None:
-        """Write the secants of earlier steps."""
-        secants = master.history(self.component).secants
+        """Write what was learned in earlier steps."""
+        history = master.history(self.component)
+        secants, solutions = history.secants, history.solutions
+        self.structure.solved = solved = len(solutions.times)
+        if solved:
+            self._times[:solved] = solutions.times
+            self._solutions[:solved] = solutions.values
         self.structure.kept = kept = len(secants.columns)
         self._columns[:kept] = secants.columns if kept else 0.0
         self._combined[:] = 0.0
         self._combined[:kept] = secants.combined
 
     def store(self, master: Master) -> None:
-        """Read the secants that the loop left."""
-        secants, kept = master.history(self.component).secants, self.structure.kept
+        """Read what the loop left."""
+        history = master.history(self.component)
+        secants, kept = history.secants, self.structure.kept
+        solved = self.structure.solved
+        history.solutions.times = self._times[:solved].tolist()
+        history.solutions.values = list(self._solutions[:solved].copy())
         secants.columns = list(self._columns[:kept].copy())
         secants.combined = self._combined.copy()[:kept]
 

@@ -75,7 +75,8 @@ class BlockSteps:
         if self._left:
             self._left -= 1
             return 0
-        return self._size if all(node.is_ready() for node in self._nodes) else 0
+        ready = all(component.is_ready(self._master) for component in self._components)
+        return self._size if ready and all(node.is_ready() for node in self._nodes) else 0
 
     def take(self, times: np.ndarray, lengths: np.ndarray, ends: np.ndarray) -> Sequence[StepLog]:
         """Take steps from the first on, as many as succeed; the master is as if it had taken them."""

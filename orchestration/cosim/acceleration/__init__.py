@@ -18,11 +18,12 @@ from .broyden import Broyden
 from .fixed_point import FixedPoint
 from .history import IterationHistory, Method, no_jacobian
 from .newton import FiniteDifferenceNewton, TangentNewton
+from .past_solutions import KEPT, LEAST, PastSolutions
 from .quasi_newton import QuasiNewton
 from .relaxation import Relaxation
 from .secants import Secants, norm, spectral_radius
 
-__all__ = ["METHODS", "IterationHistory", "Method", "Outcome", "Secants", "create", "norm", "solve", "spectral_radius"]
+__all__ = ["KEPT", "LEAST", "METHODS", "IterationHistory", "Method", "Outcome", "PastSolutions", "Secants", "create", "norm", "solve", "spectral_radius"]
 
 RELAXED: dict[str, Callable[..., Method]] = {
     "relaxed": Relaxation,
@@ -63,12 +64,15 @@ class Outcome:
         Estimated Euclidean norm of the error of x, in units of the nominals.
     residuals : tuple of float
         Norm of the residual after each sweep, in units of the nominals.
+    solution : ndarray, shape (n,)
+        x without its estimated error: what a next iteration would have tried.
     """
 
     x: np.ndarray
     converged: bool
     error: float
     residuals: tuple[float, ...]
+    solution: np.ndarray
 
 
 def solve(
@@ -106,7 +110,7 @@ def solve(
         r = (sweep(x) - x) / scale
         residuals.append(norm(r))
         if not residuals[-1] < math.inf:  # nan or infinite
-            return Outcome(x, False, math.inf, tuple(residuals))
+            return Outcome(x, False, math.inf, tuple(residuals), x)
         history.x.append(x / scale)
         history.r.append(r)
         secants = history.secants
@@ -118,7 +122,7 @@ def solve(
         e = history.split[0] + history.split[1]
         error = max(norm(e), norm(e - r))
         if error <= (tolerance if secants.columns else BLIND_SHARE * tolerance):
-            return Outcome(x, True, error, tuple(residuals))
+            return Outcome(x, True, error, tuple(residuals), x + scale * e)
         if len(residuals) >= max_sweeps:
-            return Outcome(x, False, error, tuple(residuals))
+            return Outcome(x, False, error, tuple(residuals), x)
         x = x + scale * method.update(history)

@@ -7,6 +7,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from .past_solutions import PastSolutions
 from .secants import Secants, norm
 
 __all__ = ["MAX_BLIND_STEP", "IterationHistory", "Method", "first_step", "no_jacobian"]
@@ -35,14 +36,17 @@ class IterationHistory:
         What the method itself keeps over macro steps.
     jacobian : callable
         Returns dr/dx (n, n) at the end of the last sweep, or None where it is not known.
+    solutions : PastSolutions
+        Of the last macro steps, in their own units.
     """
 
     def __init__(self, n: int) -> None:
         self._size = n
+        self.solutions = PastSolutions()
         self.forget()
 
     def forget(self) -> None:
-        """Discard everything, because nominals have changed."""
+        """Discard all that is in units of the nominals, because these have changed."""
         self.x: list[np.ndarray] = []
         self.r: list[np.ndarray] = []
         self.secants = Secants(self._size)
