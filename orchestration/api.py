@@ -96,9 +96,11 @@ def run(
     """
     described = read(scene, overrides)
     if described.accuracy.level == "auto":
-        from .studies.model_selection import run_selected
+        from .studies.model_selection import run_selected_table
 
-        result = run_selected(described, progress)
+        with simulation.partial_as_dataset():
+            table = run_selected_table(described, progress)
+        result = table.to_xarray()
     else:
         result = simulation.run(described, progress)
     for text in doubtful(described, result):

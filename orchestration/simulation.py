@@ -8,7 +8,7 @@ import json
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from . import results
 from .cosim.converted_inputs import convert_inputs
@@ -25,7 +25,6 @@ from .cosim.topology import Connection
 from .errors import CosimError, FmuWarning, Interrupted, SceneError, SubsystemError
 from .fmi.archive import Variable
 from .fmi.block_steps import BlockSteps
-from .fmi.isolated import IsolatedInstance
 from .fmi.log import Warned
 from .fmi.model_exchange import ModelExchangeInstance
 from .fmi.slave import Slave
@@ -34,6 +33,8 @@ from .scene import Member, Scene
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from .fmi.isolated import IsolatedInstance
 
 __all__ = [
     "OpenSimulation",
@@ -48,7 +49,7 @@ __all__ = [
     "run_to_end",
 ]
 
-Instance = Slave | ModelExchangeInstance | IsolatedInstance
+Instance: TypeAlias = "Slave | ModelExchangeInstance | IsolatedInstance"
 
 MAX_KEPT = 16  # instances kept for further runs: those of several scenes with all their FMUs
 _KEPT: dict[tuple[Any, ...], Slave] = {}  # FMU, name and interface -> an instance that ended its run, newest last
@@ -215,6 +216,8 @@ def _instance(scene: Scene, member: Member) -> Instance:
     if member.archive.description.co_simulation is None:
         kind = ModelExchangeInstance
     if member.archive.once_per_process and _first_of_its_fmu(scene, member) is not member:
+        from .fmi.isolated import IsolatedInstance  # what it needs takes long to load
+
         kind = IsolatedInstance
     return kind(
         member.archive,

@@ -10,7 +10,7 @@ import tca_cosim
 FOLDER = Path(tca_cosim.__file__).parent
 ORDER = (
     ("errors",),
-    ("files", "parallel", "plotting"),
+    ("files", "packages", "parallel", "plotting"),
     ("cosim",),
     ("fmi",),
     ("scene",),
@@ -63,7 +63,7 @@ def package_of(path: Path) -> str:
 def test_the_root_holds_the_packages_and_little_else() -> None:
     assert {package_of(path) for path in files()} == set(RANK)
     modules = {path.stem for path in FOLDER.glob("*.py")}
-    assert modules == {"__init__", "api", "errors", "files", "parallel", "simulation"}
+    assert modules == {"__init__", "api", "errors", "files", "packages", "parallel", "simulation"}
 
 
 def test_no_package_imports_one_above_it() -> None:

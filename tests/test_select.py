@@ -120,7 +120,7 @@ def test_commands(tmp_path: Path) -> None:
 def test_a_search_says_what_it_is_at(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     texts: list[str] = []
     scene = read("load", ["stop_time=0.2", "fidelity.level=auto", "fidelity.search=anew"])
-    result = model_selection.run_selected(scene, status=texts.append)
+    result = model_selection.run_selected_table(scene, status=texts.append).to_xarray()
     assert [text.split(":")[0].split(",")[0] for text in texts] == [f"run {k + 1}" for k in range(len(texts))]
     assert len(texts) == json.loads(result.attrs["fidelity"])["budget"]["runs"]
     assert "heat at rest, all six strains, spatial, dynamic, order" in texts[0]

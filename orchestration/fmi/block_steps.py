@@ -23,7 +23,7 @@ from .compiled_arithmetic import Arithmetic, address, find_arithmetic
 
 __all__ = ["BlockSteps"]
 
-FIRST_SIZE, MAX_SIZE = 16, 4096  # steps asked for at once
+FIRST_SIZE, MAX_SIZE = 256, 4096  # steps asked for at once
 LIMIT = 0.03  # [s] of one block, so that progress is shown and Ctrl-C heard
 WORTHWHILE = 8  # steps in a block that failed; after fewer, the master takes more steps before the next try
 MAX_PAUSE = 64  # most of these

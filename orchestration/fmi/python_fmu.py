@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import hashlib
 import tempfile
-from importlib.metadata import version
 from pathlib import Path
 
 from ..errors import SceneError
+from ..packages import version
 from . import cache
 
 __all__ = ["SUFFIX", "built_fmu"]

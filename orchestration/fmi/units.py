@@ -6,9 +6,9 @@ import json
 import re
 from collections.abc import Mapping
 from functools import lru_cache
-from importlib.metadata import version
 from typing import Any
 
+from ..packages import version
 from .cache import keep_bytes, kept_bytes
 from .variables import BASE_UNITS
 

@@ -261,6 +261,8 @@ def _log_columns(logs: StepLogs) -> dict[str, np.ndarray]:
     gain = np.full(len(logs) + 1, np.nan)
     numbers, inverses = logs.inverses()
     if numbers.size:
-        gain[1 + numbers] = spectral_radius(inverses)
+        is_new = np.ones(len(numbers), dtype=bool)  # steps with one sweep learn nothing of the loop
+        is_new[1:] = (inverses[1:] != inverses[:-1]).any(axis=(1, 2))
+        gain[1 + numbers] = spectral_radius(inverses[is_new])[np.cumsum(is_new) - 1]
     columns["gain"] = gain
     return columns

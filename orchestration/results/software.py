@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import platform
 from functools import lru_cache
-from importlib.metadata import PackageNotFoundError, version
+
+from ..packages import version
 
 __all__ = ["__version__", "versions"]
 
@@ -13,7 +14,7 @@ __all__ = ["__version__", "versions"]
 def _own() -> str:
     try:
         return version("tca-cosim")
-    except PackageNotFoundError:  # run from a source tree that is not installed
+    except ModuleNotFoundError:  # run from a source tree that is not installed
         return "not installed"
 
 

@@ -22,19 +22,12 @@ constexpr double kDifference = 1e-5;          // of strain coefficients [1], for
 /// Squared norm of the residual, each equation divided by its own stiffness.
 double merit(const Rod& rod, const Vector& r) { return (r.array() / rod.stiffness().array()).square().sum(); }
 
-/// Share of a matrix that its symmetric part leaves out.
-double asymmetry(const Matrix& J, const Matrix& symmetric) {
-  return (J - symmetric).lpNorm<Eigen::Infinity>() / J.lpNorm<Eigen::Infinity>();
-}
-
 }  // namespace
 
 void Newton::reserve(int unknowns) {
   for (Vector* each : {&q_, &v_, &a_, &r_, &target_, &trial_, &change_, &start_}) each->resize(unknowns);
   J_.resize(unknowns, unknowns);
-  symmetric_.resize(unknowns, unknowns);
   lu_ = Eigen::PartialPivLU<Matrix>(unknowns);
-  llt_ = Eigen::LLT<Matrix>(unknowns);
 }
 
 void Newton::residual(const Rod& rod, const Stage& stage, const Loads& loads, const Vector& x) {
@@ -53,20 +46,19 @@ void Newton::residual(const Rod& rod, const Stage& stage, const Loads& loads, co
 /// but for the discretisation. Chord steps make good what the symmetric part leaves out.
 void Newton::factor(const Stage& stage) {
   is_by_cholesky_ = false;
+  left_out_ = 0.0;
   if (!stage.moving) {
-    symmetric_ = 0.5 * (J_ + J_.transpose());
-    if (asymmetry(J_, symmetric_) <= kSymmetric) {
-      llt_.compute(symmetric_);
-      is_by_cholesky_ = llt_.info() == Eigen::Success;
-    }
+    const double left_out = cholesky_.assign(J_.data(), static_cast<int>(J_.rows()));
+    is_by_cholesky_ = left_out <= kSymmetric && cholesky_.factor();
+    if (is_by_cholesky_) left_out_ = left_out;
   }
   if (!is_by_cholesky_) lu_.compute(J_);
 }
 
-void Newton::solve_factored(const Vector& right, Vector& x) const {
+void Newton::solve_factored(const Vector& right, Vector& x) {
   if (is_by_cholesky_) {
     x = right;
-    llt_.solveInPlace(x);
+    cholesky_.solve(x.data());
   } else {
     x = lu_.solve(right);
   }
@@ -180,8 +172,7 @@ void Newton::solve_velocity(const Rod& rod, const Vector& q, const Loads& loads,
   solve_factored(target_, v);
   v = -v;
   double size = v.lpNorm<Eigen::Infinity>(), before = size;
-  const double left_out = is_by_cholesky_ ? asymmetry(J_, symmetric_) : 0.0;
-  if ((tangent_distance_ <= kCloseTangent && left_out <= kCloseTangent) || size == 0.0) return;
+  if ((tangent_distance_ <= kCloseTangent && left_out_ <= kCloseTangent) || size == 0.0) return;
   for (int pass = 0; pass < kMaxRefinements && std::isfinite(size) && size > 0.0; ++pass) {
     const double step = kDifference / size;
     q_ = q + step * v;

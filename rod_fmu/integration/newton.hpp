@@ -3,10 +3,10 @@
 // one factorised tangent (chord steps), since a residual costs a sixth of a tangent.
 #pragma once
 
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
 
 #include "mechanics/rod.hpp"
+#include "numerics/cholesky.hpp"
 
 namespace rod {
 
@@ -51,9 +51,9 @@ class Newton {
     solve_velocity(rod, q, loads, v);
   }
 
-  /// Tangent of the last iteration but chord steps.
-  const Matrix& tangent() const { return J_; }
-  /// Distance from the point of tangent() to the solution: largest component [1].
+  /// Symmetric part of the tangent of the last iteration of statics but chord steps.
+  const Cholesky& symmetric_tangent() const { return cholesky_; }
+  /// Distance from the point of that tangent to the solution: largest component [1].
   double tangent_distance() const { return tangent_distance_; }
 
   Workspace work;  // of the last residual
@@ -61,16 +61,17 @@ class Newton {
  private:
   void residual(const Rod& rod, const Stage& stage, const Loads& loads, const Vector& x);
   void factor(const Stage& stage);
-  void solve_factored(const Vector& right, Vector& x) const;
+  void solve_factored(const Vector& right, Vector& x);
   NewtonResult iterate(const Rod& rod, const Stage& stage, const Loads& loads, double tolerance, Vector& x);
   bool take_chord_steps(const Rod& rod, const Stage& stage, const Loads& loads, NewtonResult& result, Vector& x);
   void solve_velocity(const Rod& rod, const Vector& q, const Loads& loads, Vector& v);
 
   Vector q_, v_, a_, r_, target_, trial_, change_, start_;
-  Matrix J_, symmetric_;
+  Matrix J_;
   Eigen::PartialPivLU<Matrix> lu_;
-  Eigen::LLT<Matrix> llt_;       // of a static tangent that is symmetric and positive definite
+  Cholesky cholesky_;            // of a static tangent that is symmetric and positive definite
   bool is_by_cholesky_ = false;  // whether it holds the factors, not lu_
+  double left_out_ = 0.0;        // share of the tangent that its factors leave out, since it is not symmetric
   double tangent_distance_ = 0.0;
 };
 

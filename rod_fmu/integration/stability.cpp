@@ -38,10 +38,8 @@ bool has_moment(const Loads& loads) {
 bool Stability::is_clearly_stable(const Rod& rod, const Loads& loads, const Newton& newton) {
   const double margin = std::max(kMarginPerDistance * newton.tangent_distance(), kNeutral);
   if (margin > kMaxMargin || !rod.has_stiff_tcas(newton.work, loads)) return false;
-  symmetric_ = 0.5 * (newton.tangent() + newton.tangent().transpose());
-  symmetric_.diagonal() -= margin * rod.stiffness();
-  cholesky_.compute(symmetric_);
-  return cholesky_.info() == Eigen::Success;
+  cholesky_ = newton.symmetric_tangent();
+  return cholesky_.factor(-margin, rod.stiffness().data());
 }
 
 bool Stability::is_stable(const Rod& rod, const Vector& q, const Loads& loads, const Newton& newton) {
@@ -49,12 +47,7 @@ bool Stability::is_stable(const Rod& rod, const Vector& q, const Loads& loads, c
   rod.static_residual(q.data(), loads, work_, r_);
   rod.tangent(work_, {.q = 1.0}, K_);
   rod.add_tca_stiffness(work_, loads, K_);
-  symmetric_ = 0.5 * (K_ + K_.transpose());
-  cholesky_.compute(symmetric_);
-  if (cholesky_.info() == Eigen::Success) return true;
-  symmetric_.diagonal() += kNeutral * rod.stiffness();
-  cholesky_.compute(symmetric_);
-  if (cholesky_.info() == Eigen::Success) return true;
+  if (factor(rod, K_, 0.0) || factor(rod, K_, kNeutral)) return true;
   if (!has_moment(loads)) return false;
   const Vector zero = Vector::Zero(rod.unknowns());
   Matrix M;
@@ -64,11 +57,9 @@ bool Stability::is_stable(const Rod& rod, const Vector& q, const Loads& loads, c
   return pencil.allFinite() && Eigen::EigenSolver<Eigen::MatrixXd>(pencil, false).eigenvalues().real().minCoeff() > 0.0;
 }
 
-bool Stability::factor(const Rod& rod, double damping) {
-  symmetric_ = 0.5 * (K_ + K_.transpose());
-  symmetric_.diagonal() += damping * rod.stiffness();
-  cholesky_.compute(symmetric_);
-  return cholesky_.info() == Eigen::Success;
+bool Stability::factor(const Rod& rod, const Matrix& K, double damping) {
+  cholesky_.assign(K.data(), static_cast<int>(K.rows()));
+  return cholesky_.factor(damping, rod.stiffness().data());
 }
 
 Stability::Departure Stability::departure(const Rod& rod, Leave leave, Vector& change) const {
@@ -120,7 +111,7 @@ core::Status Stability::fall(const Rod& rod, const Loads& loads, double toleranc
   const int max_steps = has_moment(loads) ? kMaxMomentSteps : kMaxSteps;
   for (int step = 0; step < max_steps; ++step) {
     rod.tangent(work_, {.q = 1.0}, K_);
-    const bool stable = factor(rod, kNeutral);
+    const bool stable = factor(rod, K_, kNeutral);
     if (!stable && departures < kMaxDepartures) {
       const Departure start = departure(rod, leave, change_);
       if (start == Departure::ambiguous) doubt_ = Doubt::ambiguous;
@@ -136,8 +127,9 @@ core::Status Stability::fall(const Rod& rod, const Loads& loads, double toleranc
     double size = 0.0;
     int trial = 0;
     for (; trial < kMaxTrials; ++trial, damping = std::max(4.0 * damping, kNewtonDamping)) {
-      if (!factor(rod, damping)) continue;
-      change_ = -cholesky_.solve(r_);
+      if (!factor(rod, K_, damping)) continue;
+      change_ = -r_;
+      cholesky_.solve(change_.data());
       size = change_.lpNorm<Eigen::Infinity>();
       if (!(size <= kMaxChange)) continue;
       next_ = q + change_;

@@ -5,8 +5,6 @@
 // tip is not conservative; the eigenvalues of M^-1 K then must all have a positive real part.
 #pragma once
 
-#include <Eigen/Cholesky>
-
 #include "core/status.hpp"
 #include "integration/newton.hpp"
 #include "mechanics/rod.hpp"
@@ -43,7 +41,8 @@ class Stability {
   long evaluations() const { return work_.evaluations; }
 
  private:
-  bool factor(const Rod& rod, double damping);
+  /// Factors the symmetric part of K with `damping` times the stiffness added; false where it is not positive definite.
+  bool factor(const Rod& rod, const Matrix& K, double damping);
   bool is_clearly_stable(const Rod& rod, const Loads& loads, const Newton& newton);
 
   enum class Leave { at_rest, at_once };  // when a symmetric motion may depart
@@ -56,8 +55,8 @@ class Stability {
   Departure departure(const Rod& rod, Leave leave, Vector& change) const;
 
   Workspace work_;
-  Matrix K_, symmetric_;
-  Eigen::LLT<Matrix> cholesky_;
+  Matrix K_;
+  Cholesky cholesky_;
   Vector r_, r_next_, change_, next_;
   Doubt doubt_ = Doubt::none;
 };

@@ -23,7 +23,20 @@ from .quasi_newton import QuasiNewton
 from .relaxation import Relaxation
 from .secants import Secants, norm, spectral_radius
 
-__all__ = ["KEPT", "LEAST", "METHODS", "IterationHistory", "Method", "Outcome", "PastSolutions", "Secants", "create", "norm", "solve", "spectral_radius"]
+__all__ = [
+    "KEPT",
+    "LEAST",
+    "METHODS",
+    "IterationHistory",
+    "Method",
+    "Outcome",
+    "PastSolutions",
+    "Secants",
+    "create",
+    "norm",
+    "solve",
+    "spectral_radius",
+]
 
 RELAXED: dict[str, Callable[..., Method]] = {
     "relaxed": Relaxation,

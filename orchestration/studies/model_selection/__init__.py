@@ -7,7 +7,7 @@ can be audited (reference_level, cost_study).
 """
 
 from .cost_study import CostStudy, RatedChoice, cost_study
-from .selection import Selection, audit, run_selected, run_selected_table, select
+from .selection import Selection, audit, run_selected_table, select
 
 __all__ = [
     "CostStudy",
@@ -15,7 +15,6 @@ __all__ = [
     "Selection",
     "audit",
     "cost_study",
-    "run_selected",
     "run_selected_table",
     "select",
 ]

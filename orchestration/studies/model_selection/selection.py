@@ -25,7 +25,7 @@ from .search import SearchResult, coarsen, refine
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["Selection", "StatusMessage", "audit", "run_selected", "run_selected_table", "select"]
+__all__ = ["Selection", "StatusMessage", "audit", "run_selected_table", "select"]
 
 SEARCH_WINDOW = 0.4  # share of the scene that the search refines on first; the whole is the check
 _TERMS = ("model", "space", "time", "coupling")
@@ -168,14 +168,6 @@ def audit(selection: Selection) -> float:
     with contextlib.closing(runs):
         reference = reference_choice(runs, selection.hierarchies, [choice], scene.accuracy.tolerance)
         return runs.difference(choice, reference, scene.stop_time)
-
-
-def run_selected(
-    scene: Scene, progress: Callable[[float], None] = lambda time: None, status: StatusMessage = lambda text: None
-) -> xr.Dataset:
-    """Run a scene as run_selected_table does, and return the result as a Dataset."""
-    with simulation.partial_as_dataset():
-        return run_selected_table(scene, progress, status).to_xarray()
 
 
 def run_selected_table(

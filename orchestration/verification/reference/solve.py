@@ -10,7 +10,6 @@ import platform
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from functools import partial
-from importlib.metadata import version
 from itertools import pairwise
 from typing import TypeVar
 
@@ -20,6 +19,7 @@ from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
 
 from ...errors import SceneError, SubsystemError
+from ...packages import version
 from ...results.dataset import describe_vector
 from ...scene import Member, Scene
 from ...scene.manipulator import ROD, THERMAL, ThermalParameters
