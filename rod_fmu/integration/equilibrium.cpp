@@ -8,6 +8,8 @@ namespace {
 constexpr double kEquilibriumTolerance = 1e-10;  // of the last Newton correction; the error behind it is its square
 constexpr double kMaxSharpening = 1e-6;          // of a strain coefficient [1], by Newton's method after a descent
 constexpr double kMaxPrediction = 0.3;           // change of a strain coefficient that a rate predicts for a step [1]
+constexpr double kMaxBend = 0.5;                 // change of a rate within the last step, as a share of the rate: with
+                                                 // more, a jump lay in it, and the rate alone predicts
 constexpr double kMaxMiss = 0.1;                 // of such a prediction [1]; beyond, the start of the step is the guess
 constexpr int kMaxFailures = 12;                 // of steps while falling
 
@@ -50,9 +52,10 @@ core::Status solve_equilibrium(const Rod& rod, const Loads& loads, State& state,
     return scratch.newton.solve_with_homotopy(rod, stage, loads, kEquilibriumTolerance, scratch.x).converged;
   };
   const auto solve_from_prediction = [&] {
-    const double change = ahead * state.v.lpNorm<Eigen::Infinity>();
-    if (!(change > 0.0 && change <= kMaxPrediction)) return false;
+    const double rate = state.v.lpNorm<Eigen::Infinity>();
+    if (!(rate > 0.0 && ahead * rate <= kMaxPrediction)) return false;
     scratch.r = state.q + ahead * state.v;
+    if (ahead * state.a.lpNorm<Eigen::Infinity>() <= kMaxBend * rate) scratch.r += (0.5 * ahead * ahead) * state.a;
     scratch.x = scratch.r;
     stage.q.setZero(rod.unknowns());
     stage.weights = {.q = 1.0};
@@ -112,13 +115,16 @@ core::Status solve_acceleration(const Rod& rod, const Loads& loads, State& state
 
 StepOutcome step_static(const Rod& rod, const Inputs& u, double h, State& state, Scratch& scratch) {
   const Loads loads = loads_at(u, h);
+  scratch.v = state.v;
   core::Status status = solve_equilibrium(rod, loads, state, scratch, h);
   if (!status.is_ok()) return {0.0, std::move(status)};
-  // The velocity of the moving equilibrium serves the rates of outputs; without inertia it has no other effect.
+  // The velocity of the moving equilibrium serves the rates of outputs, and with its own rate the prediction of the next
+  // step; without inertia they have no other effect.
   scratch.r = state.q;
   scratch.newton.equilibrium_velocity(rod, scratch.r, loads, load_rates_at(u, h), scratch.x);
   state.v = scratch.x;
   if (!state.v.allFinite()) state.v.setZero();  // singular along a neutral direction
+  state.a = (state.v - scratch.v) / h;
   return {h, {}};
 }
 

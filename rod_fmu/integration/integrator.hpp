@@ -83,14 +83,14 @@ struct Scratch {
   Newton newton;
   Stage stage;
   Workspace work;
-  Vector r, x;
+  Vector r, x, v;
   Stability stability;
   StageMemory stages;
 
   /// Makes room for what a step needs that comes later, such as one behind a jump of the inputs.
   void reserve(int unknowns) {
     newton.reserve(unknowns);
-    for (Vector* each : {&stage.q, &stage.v, &stage.a, &r, &x}) each->resize(unknowns);
+    for (Vector* each : {&stage.q, &stage.v, &stage.a, &r, &x, &v}) each->resize(unknowns);
   }
 
   /// Evaluations of the residual so far.

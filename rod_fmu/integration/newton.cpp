@@ -13,7 +13,8 @@ constexpr double kMinDamping = 1.0 / 1024.0;  // share of a correction below whi
 constexpr int kMaxChordSteps = 8;             // with one tangent
 constexpr double kMaxContraction = 0.05;      // of a chord step: slower ones cost more than a fresh tangent
 constexpr double kChordError = 1e-12;         // of the strains behind the last chord step, estimated [1]
-constexpr double kCloseTangent = 1e-9;        // distance [1], or share left out, of a tangent that is as good as exact
+constexpr double kSmallCorrection = 1e-7;     // of statics, by a fresh tangent [1]: its square is the error behind it
+constexpr double kCloseTangent = 1e-8;        // distance [1], or share left out, of a tangent that is as good as exact
 constexpr double kSymmetric = 1e-4;           // largest share of a tangent that is not symmetric, for Cholesky's method
 constexpr int kMaxRefinements = 6;            // of a velocity with one tangent
 constexpr double kVelocityError = 1e-9;       // behind the last of them, relative; differences are good for 1e-10
@@ -76,6 +77,12 @@ NewtonResult Newton::iterate(const Rod& rod, const Stage& stage, const Loads& lo
     result.correction = stage.weights.q * change_.lpNorm<Eigen::Infinity>();
     if (!std::isfinite(result.correction)) return result;
 
+    if (!stage.moving && result.correction <= kSmallCorrection) {
+      x -= change_;
+      tangent_distance_ = result.correction;
+      result.converged = true;
+      return result;
+    }
     double damping = std::min(1.0, kMaxCorrection / result.correction);
     for (;; damping *= 0.5) {
       trial_ = x - damping * change_;

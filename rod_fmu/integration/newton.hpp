@@ -29,8 +29,8 @@ class Newton {
   /// Makes room for that many unknowns.
   void reserve(int unknowns);
 
-  /// Solves from x (in and out). `tolerance` bounds the last correction of the strains by a fresh tangent; chord steps
-  /// end at an estimated error of 1e-12. On failure x is unspecified.
+  /// Solves from x (in and out). `tolerance` bounds the last correction of the strains by a fresh tangent; statics end
+  /// at an estimated error of 1e-12. On failure x is unspecified.
   NewtonResult solve(const Rod& rod, const Stage& stage, const Loads& loads, double tolerance, Vector& x);
 
   /// As solve(); where Newton's method fails from x, follows r - (1 - s) r(x) = 0 from s = 0 to 1.
