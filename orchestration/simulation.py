@@ -8,6 +8,7 @@ import json
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from . import results
@@ -23,12 +24,13 @@ from .cosim.subsystem import Recorder
 from .cosim.time_loop import drive_parts
 from .cosim.topology import Connection
 from .errors import CosimError, FmuWarning, Interrupted, SceneError, SubsystemError
-from .fmi.archive import Variable
+from .fmi.archive import Archive, Variable
 from .fmi.block_steps import BlockSteps
 from .fmi.log import Warned
 from .fmi.model_exchange import ModelExchangeInstance
 from .fmi.slave import Slave
 from .results import ResultTable
+from .results.identity import Identity
 from .scene import Member, Scene
 
 if TYPE_CHECKING:
@@ -283,10 +285,15 @@ def _first_of_its_fmu(scene: Scene, member: Member) -> Member:
     return next(m for m in scene.members if m.archive.digest == member.archive.digest)
 
 
-def recorded_variables(member: Member) -> list[Variable]:
+def recorded_variables(member: Member) -> tuple[Variable, ...]:
     """Return the variables of a member that a result shows: its inputs and outputs, and what the scene asks for."""
-    variables = member.archive.variables.values()
-    return [v for v in variables if v.causality in ("input", "output") or v.name in member.recorded]
+    return _recorded(Identity(member.archive), member.recorded)
+
+
+@lru_cache(maxsize=64)  # FMUs that a process runs again and again
+def _recorded(archive: Identity[Archive], asked: frozenset[str]) -> tuple[Variable, ...]:
+    variables = archive.it.variables.values()
+    return tuple(v for v in variables if v.causality in ("input", "output") or v.name in asked)
 
 
 def _converted(slave: Instance, connections: Sequence[Connection]) -> Recorder:

@@ -17,7 +17,7 @@ from tca_cosim.verification import reference
 @pytest.mark.parametrize(
     ("scene", "overrides", "order"),
     [
-        ("sine", [], 4.6),
+        ("sine", [], 5.0),
         ("feedback", ["stop_time=6", "thermal.V[2]=0", "thermal.V[3]={ sine = { amplitude = 3, period = 40 } }"], 4),
         ("tap", ["stop_time=0.1", "rod.order=1"], 5.7),
         ("push", [], None),

@@ -25,7 +25,7 @@ void PastSolutions::guess(double time, double* values) {
   const std::size_t count = loop_.solved;
   std::size_t degree = 2;
   double least = HUGE_VAL;
-  for (std::size_t each = 1; each + 1 < count; ++each) {
+  for (std::size_t each = 1; each + 1 < count && count > TCA_LEAST; ++each) {
     extrapolate(count - 2 - each, count - 1, loop_.times[count - 1], guess_.data());
     for (std::size_t i = 0; i < n_; ++i) guess_[i] = (guess_[i] - value(count - 1)[i]) / loop_.scale[i];
     const double error = norm(guess_.data(), n_);

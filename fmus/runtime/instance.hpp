@@ -2,6 +2,7 @@
 // Error.
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <memory>
 #include <optional>
@@ -23,6 +24,12 @@ using Reference = unsigned int;
 
 /// A family of get and set functions and the C type that it carries; enumerations go through the integer functions.
 enum class Access { real, integer, boolean };
+
+inline Access access_of(Type type) {
+  if (type == Type::real) return Access::real;
+  return type == Type::boolean ? Access::boolean : Access::integer;
+}
+
 template <Access access>
 using ValueOf = std::conditional_t<access == Access::real, double, int>;
 
@@ -99,7 +106,12 @@ class Instance {
  private:
   bool is_starting() const { return progress_.mode == Mode::instantiated || progress_.mode == Mode::initialization; }
   std::byte* data() { return model_->data().data(); }
-  const Variable& row(Reference reference, Access access) const;
+  const Variable& row(Reference reference, Access access) const {
+    if (reference >= blueprint_.rows.size() || access_of(blueprint_.rows[reference].type) != access)
+      refuse(reference, access);
+    return blueprint_.rows[reference];
+  }
+  [[noreturn]] void refuse(Reference reference, Access access) const;
   void check(const Variable& row, double value) const;
   void mark_changed();
   void retune(std::span<const double> before);
@@ -128,7 +140,12 @@ class Instance {
   void set_input(Reference reference, double value);
   void output_rates(std::span<const Reference> references, double* rates);
   void step_rates(std::span<const Reference> references, double* rates);
-  double finite(const Variable& row, double value) const;
+  /// `value`; throws a discarding Error where it is not finite, so that no such number leaves with fmi2OK.
+  double finite(const Variable& row, double value) const {
+    if (!std::isfinite(value)) refuse(row, value);
+    return value;
+  }
+  [[noreturn]] void refuse(const Variable& row, double value) const;
   void advance_inputs(double h, bool is_complete);
 
   const std::shared_ptr<const Blueprint> owner_;

@@ -9,11 +9,6 @@
 namespace fmu {
 namespace {
 
-Access access_of(Type type) {
-  if (type == Type::real) return Access::real;
-  return type == Type::boolean ? Access::boolean : Access::integer;
-}
-
 const char* name_of(Access access) {
   constexpr std::array names{"Real", "Integer", "Boolean"};
   return names[static_cast<std::size_t>(access)];
@@ -39,15 +34,13 @@ std::string allowed(const Variable& row) {
 
 }  // namespace
 
-const Variable& Instance::row(Reference reference, Access access) const {
+void Instance::refuse(Reference reference, Access access) const {
   if (reference >= blueprint_.rows.size())
     throw Error("unknown value reference " + std::to_string(reference) + "; " + blueprint_.identity.name +
                 " has 0 to " + std::to_string(blueprint_.rows.size() - 1));
   const Variable& row = blueprint_.rows[reference];
-  if (access_of(row.type) != access)
-    throw Error(row.name + " is accessed as " + name_of(access) + "; use the function for " +
-                name_of(access_of(row.type)));
-  return row;
+  throw Error(row.name + " is accessed as " + name_of(access) + "; use the function for " +
+              name_of(access_of(row.type)));
 }
 
 void Instance::check(const Variable& row, double value) const {
@@ -63,9 +56,7 @@ void Instance::check(const Variable& row, double value) const {
                 "; nothing was changed, set a value in that range");
 }
 
-/// `value`; throws a discarding Error where it is not finite, so that no such number leaves with fmi2OK.
-double Instance::finite(const Variable& row, double value) const {
-  if (std::isfinite(value)) return value;
+void Instance::refuse(const Variable& row, double value) const {
   if (core::is_unwritten(value))
     throw Error(now() + ": " + row.name + " is not calculated with these parameters, a fault of " +
                 blueprint_.identity.name + ".fmu; report it, and read no " + row.name + " until it is mended");
@@ -80,17 +71,27 @@ void Instance::mark_changed() {
 
 template <Access access>
 void Instance::get(std::span<const Reference> references, ValueOf<access>* values) {
-  for (const Reference reference : references) row(reference, access);  // before anything is calculated
+  std::array<bool, static_cast<std::size_t>(Causality::derivative) + 1> is_read{};
+  bool is_demanded = false;
+  for (const Reference reference : references) {  // all are checked before anything is calculated
+    const Variable& variable = row(reference, access);
+    is_read[static_cast<std::size_t>(variable.causality)] = true;
+    is_demanded = is_demanded || variable.is_on_demand;
+  }
+  for (const Causality causality : {Causality::output, Causality::state, Causality::derivative})
+    if (is_read[static_cast<std::size_t>(causality)]) refresh(causality);
+  if (is_demanded) refresh_on_demand();
+  const std::byte* data = this->data();
   for (const Reference reference : references) {
     const Variable& variable = blueprint_.rows[reference];
-    if (!has_start(variable)) refresh(variable.causality);
-    if (variable.is_on_demand) refresh_on_demand();
-    if constexpr (access == Access::real)
-      *values++ = finite(variable, variable.causality == Causality::state        ? states_[variable.offset]
-                                   : variable.causality == Causality::derivative ? rates_[variable.offset]
-                                                                                 : value_of(variable, data()));
-    else
-      *values++ = static_cast<int>(value_of(variable, data()));
+    if constexpr (access == Access::real) {
+      const double value = variable.causality == Causality::state        ? states_[variable.offset]
+                           : variable.causality == Causality::derivative ? rates_[variable.offset]
+                                                                         : value_of(variable, data);
+      *values++ = finite(variable, value);
+    } else {
+      *values++ = static_cast<int>(value_of(variable, data));
+    }
   }
 }
 

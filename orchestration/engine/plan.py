@@ -20,7 +20,7 @@ from ..cosim.initialization import INSTANT
 from ..cosim.node import Columns, Node
 from ..cosim.signals import Constant
 from ..errors import SceneError, similar
-from ..fmi.archive import Variable, library_path
+from ..fmi.archive import library_path
 from ..fmi.slave import Slave
 from ..scene import Member as SceneMember
 from ..scene import Scene
@@ -291,7 +291,7 @@ def expanded(scene: Scene, name: str, causalities: Sequence[str]) -> list[str]:
         raise SceneError(f"{scene.name}: {name!r}: no such FMU; {similar(name, [m.name for m in scene.members])}")
     variable = name[len(member.name) + 1 :]
     archive = member.archive
-    shown: list[Variable] = recorded_variables(member) if "output" in causalities else []
+    shown = recorded_variables(member) if "output" in causalities else ()
     allowed = {
         v.name: v for v in (*archive.variables.values(), *shown) if v.causality in causalities and v.type == "Real"
     }

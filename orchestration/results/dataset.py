@@ -99,7 +99,7 @@ def arrays(member: str, variables: Sequence[Variable], rows: np.ndarray) -> dict
         Numbers as an FMU's record() gives them.
     """
     content: dict[str, LabelledArray] = {}
-    for array in _layout(member, tuple(map(Identity, variables))):
+    for array in _layout(member, Identity(variables)):
         values = rows[:, array.columns].reshape(len(rows), *array.shape)
         content[array.name] = LabelledArray(array.dims, _typed(values, array.variable), dict(array.attributes))
     return content
@@ -118,9 +118,9 @@ class _ArrayLayout:
 
 
 @lru_cache(maxsize=64)  # members of the scenes that a process runs again and again
-def _layout(member: str, declared: tuple[Identity[Variable], ...]) -> tuple[_ArrayLayout, ...]:
+def _layout(member: str, declared: Identity[Sequence[Variable]]) -> tuple[_ArrayLayout, ...]:
     """Return the arrays of a member's variables."""
-    variables = [each.it for each in declared]
+    variables = declared.it
     columns = {variable.name: k for k, variable in enumerate(variables)}
     vectors = find_vectors(columns)
     base_of: dict[str, str] = {}
@@ -178,7 +178,7 @@ def _typed(values: np.ndarray, variable: Variable) -> np.ndarray:
         texts = np.empty(values.size, dtype=object)
         texts[:] = [text_of(number) for number in values.flat]
         return texts.reshape(values.shape)
-    return values.astype(_DTYPES[variable.type])
+    return values.astype(_DTYPES[variable.type], copy=False)
 
 
 def _attributes(variable: Variable) -> dict[str, Any]:

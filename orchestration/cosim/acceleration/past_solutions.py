@@ -55,7 +55,7 @@ class PastSolutions:
         if count < LEAST:
             return None
         degree, least = 2, np.inf
-        for each in range(1, count - 1):
+        for each in range(1, count - 1) if count > LEAST else ():
             miss = self._extrapolated(count - 2 - each, count - 1, self.times[-1]) - self.values[-1]
             error = norm(miss / scale)
             if error < least:
