@@ -95,17 +95,16 @@ def run(
         The loop cannot be closed. The result until then is the error's `partial`.
     """
     described = read(scene, overrides)
-    if described.accuracy.level == "auto":
-        from .studies.model_selection import run_selected_table
+    with simulation.partial_as_dataset():
+        if described.accuracy.level == "auto":
+            from .studies.model_selection import run_selected_table
 
-        with simulation.partial_as_dataset():
             table = run_selected_table(described, progress)
-        result = table.to_xarray()
-    else:
-        result = simulation.run(described, progress)
-    for text in doubtful(described, result):
+        else:
+            table = simulation.run_table(described, progress)
+    for text in doubtful(described, table):
         warnings.warn(text, SceneWarning, stacklevel=2)
-    return result
+    return table.to_xarray()
 
 
 def _applied(source: Source, overrides: Overrides) -> Scene:

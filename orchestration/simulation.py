@@ -5,6 +5,7 @@ from __future__ import annotations
 import atexit
 import contextlib
 import json
+import sys
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -189,7 +190,15 @@ def run_table(scene: Scene, progress: Callable[[float], None] = lambda time: Non
 def _warn(result: ResultTable) -> None:
     """Pass on what the FMUs of a result warned of."""
     for warning in json.loads(result.attrs["warnings"]):
-        warnings.warn(str(Warned(**warning)), FmuWarning, stacklevel=5)
+        warnings.warn(str(Warned(**warning)), FmuWarning, stacklevel=_level_of_user() - 1)
+
+
+def _level_of_user() -> int:
+    """Return how many calls up the first one from outside of the package is."""
+    package, level, frame = __name__.partition(".")[0], 0, sys._getframe()
+    while frame.f_back is not None and frame.f_globals.get("__name__", "").partition(".")[0] == package:
+        frame, level = frame.f_back, level + 1
+    return level + 1
 
 
 def run_to_end(ready: OpenSimulation, progress: Callable[[float], None] = lambda time: None) -> ResultTable:

@@ -50,12 +50,14 @@ def test_solutions_that_were_taken_back_are_dropped() -> None:
     past.begin_step(0.3, np.array([7.0]))
     assert past.times == TIMES[:4]
     past.begin_step(0.4, np.array([7.0]))  # no solution is known there: the past begins anew
-    assert past.times == [0.4] and past.guess(0.5, ONE) is None
+    assert past.times == [0.4]
+    assert past.guess(0.5, ONE) is None
 
 
 def test_no_more_than_a_quartic_needs_are_kept() -> None:
     past = after(list(range(10)), [float(k) for k in range(10)])
-    assert past.times == [4.0, 5.0, 6.0, 7.0, 8.0, 9.0] and len(past.values) == KEPT
+    assert past.times == [4.0, 5.0, 6.0, 7.0, 8.0, 9.0]
+    assert len(past.values) == KEPT
 
 
 @pytest.mark.parametrize(("scene", "most"), [("step", 1.2), ("sine", 1.2), ("load", 1.2)])
