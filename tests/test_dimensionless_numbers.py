@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
+from scipy.integrate import solve_ivp, trapezoid
 from tca_cosim import read
 from tca_cosim import scene as scenes
 from tca_cosim.cosim.signals import Constant, Impulse, Ramps, Sine, Steps
@@ -51,6 +52,27 @@ def test_numbers_of_a_round_rod() -> None:
     assert dimensionless_numbers(read("tap")).ramp == 0.02
     still = read("step", ["thermal.V=0"])
     assert (dimensionless_numbers(still).ramp, dimensionless_numbers(still).residual) == (math.inf, 0.0)
+
+
+@pytest.mark.parametrize("retardation", [0.0, 1e-3])
+def test_vibration_is_the_rms_of_what_rings_down(retardation: float) -> None:
+    """An oscillator of the first mode that a ramp leaves with the envelope of the residual."""
+    scene = read("explicit", [f"rod.body.retardation={retardation}"])
+    numbers = dimensionless_numbers(scene)
+    w, ratio = 2.0 * math.pi * numbers.frequency, numbers.damping
+    assert ratio == pytest.approx(0.5 * w * retardation)
+    times = np.linspace(0.0, scene.stop_time, 20001)
+    course = numbers.residual * np.exp(-ratio * w * times)
+    assert numbers.vibration == pytest.approx(math.sqrt(trapezoid(0.5 * course**2, times) / scene.stop_time), rel=1e-6)
+
+
+def test_what_rings_is_proposed_with_inertia_and_the_shapes_of_a_vibration() -> None:
+    scene = read("explicit")
+    hierarchies, numbers = model_hierarchies(scene), dimensionless_numbers(scene)
+    ringing = propose_choice(hierarchies, numbers, 1e-4)
+    assert (ringing["inertia"], ringing["strains"], ringing["order"]) == (1, 3, 2)
+    quiet = propose_choice(hierarchies, numbers, 1e-2)
+    assert (quiet["inertia"], quiet["order"]) == (0, 0)
 
 
 def test_arcs_are_what_parallel_tcas_alone_make() -> None:

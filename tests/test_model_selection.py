@@ -90,7 +90,7 @@ class Known:
     def value(self, choice: dict[str, int]) -> float:
         return sum(size * 0.1 ** choice[name] for name, size in self.sizes.items())
 
-    def difference(self, choice: dict[str, int], better: dict[str, int], stop: float) -> float:
+    def difference(self, choice: dict[str, int], better: dict[str, int], stop: float, limit: float = math.inf) -> float:
         return abs(self.value(choice) - self.value(better))
 
 
@@ -160,7 +160,7 @@ def test_what_no_run_can_tell_is_not_known() -> None:
     """A choice that is good enough stays one where a model that was not chosen cannot be run."""
     runs = Known(heat=1e-6, inertia=1e-6, order=5.0)
 
-    def difference(choice: dict[str, int], better: dict[str, int], stop: float) -> float:
+    def difference(choice: dict[str, int], better: dict[str, int], stop: float, limit: float = math.inf) -> float:
         if better["heat"] > choice["heat"] and better["order"] == choice["order"]:
             raise CosimError("a finer heat fails")
         return Known.difference(runs, choice, better, stop)
@@ -240,6 +240,45 @@ def test_a_run_goes_on_where_it_was() -> None:
         assert early.times[-1] == pytest.approx(0.04)
         again = runs(choice, 0.04).trajectory(runs.quantities, 0.04)
         np.testing.assert_array_equal(again.values["rod.tip.p"], early.values["rod.tip.p"])
+
+
+def test_a_run_that_is_clearly_too_coarse_ends_early() -> None:
+    """Its error until then is above the limit for the whole; a run within the limit goes to the end."""
+    scene = read("drop", ["stop_time=0.2"])
+    choice = dict.fromkeys((hierarchy.name for hierarchy in model_hierarchies(scene)), 0) | {"step": 3}
+    fine = {**choice, "inertia": 1, "strains": 3, "order": 3}
+    with contextlib.closing(RunCache(scene)) as runs:
+        part = runs.difference(choice, fine, 0.2, 1e-3)
+        assert len(runs(choice, 0.0).trajectory(runs.quantities, 0.2).times) < 0.5 * len(
+            runs(fine, 0.2).trajectory(runs.quantities, 0.2).times
+        )
+        assert part > 1e-3
+        whole = runs.difference(choice, fine, 0.2)
+        assert whole > 1e-3
+        assert runs.difference(choice, fine, 0.2, 2.0 * whole) == whole
+
+
+def test_a_run_that_takes_too_long_ends_the_search() -> None:
+    scene = read("drop", ["stop_time=0.1"])
+    choice = dict.fromkeys((hierarchy.name for hierarchy in model_hierarchies(scene)), 0)
+    with contextlib.closing(RunCache(scene, limit=0.0, words=lambda choice: "the coarsest")) as runs:
+        with pytest.raises(CosimError, match=r"run 1 takes too long: .* of 0\.1 s \(the coarsest\).*macro_step = "):
+            runs(choice, 0.1)
+        runs.limit = math.inf
+        assert runs(choice, 0.1).ended
+
+
+def test_what_was_negligible_is_not_measured_again() -> None:
+    runs, asked = Known(heat=1e-6, inertia=1e-6, order=5.0), []
+
+    def difference(choice: dict[str, int], better: dict[str, int], stop: float, limit: float = math.inf) -> float:
+        asked.extend(h for h in choice if better == {**choice, h: choice[h] + 1})
+        return Known.difference(runs, choice, better, stop)
+
+    runs.difference = difference
+    start = {"heat": 0, "inertia": 0, "order": 0}
+    assert refine(runs, HIERARCHIES, start, 1e-2, 1.0, lambda c, e: None)["order"] == 3
+    assert asked.count("heat") == asked.count("inertia") == 1 < asked.count("order")
 
 
 def test_a_run_that_fails_is_infinitely_far_off(monkeypatch: pytest.MonkeyPatch) -> None:

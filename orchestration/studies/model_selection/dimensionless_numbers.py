@@ -10,6 +10,8 @@ L length, A area, EI bending stiffness, h heat transfer, k conductivity of the b
     residual      |sin(x)/x|, x = w1 tau/2       vibration that a load which grows for tau leaves behind, share of its
                                                  deflection (undamped); below its envelope min(1, 1/x)
     phase         w1 times the macro step
+    damping       w1 body.retardation/2          damping ratio of the first mode
+    vibration     residual sqrt((1 - e^-x)/(2 x)), x = 2 damping w1 stop_time: rms of that vibration over the scene
 """
 
 from __future__ import annotations
@@ -51,6 +53,7 @@ _WORST: dict[str, Callable[..., Any]] = {
     "gravity": max,
     "tip": max,
     "frequency": min,
+    "damping": min,
     "parallel": all,
 }
 
@@ -67,6 +70,8 @@ class DimensionlessNumbers:
     ramp: float = math.inf  # time over which the fastest load grows [s]
     frequency: float = math.inf  # first, of the body alone [Hz]
     phase: float = math.inf  # of the first mode in one macro step [rad]
+    damping: float = 0.0  # ratio of the first mode
+    duration: float = 1.0  # of the scene [s]
     parallel: bool = True  # TCAs run parallel to the axis of a straight body
     loaded_by_others: bool = False  # other FMUs load the tip or set the gravity, by how much a run only can tell
 
@@ -74,6 +79,14 @@ class DimensionlessNumbers:
     def residual(self) -> float:
         """Envelope of the vibration that the fastest load leaves behind, share of its deflection."""
         return residual_envelope(2.0 * math.pi * self.frequency, self.ramp)
+
+    @property
+    def vibration(self) -> float:
+        """Rms over the scene of the vibration that the fastest load leaves behind, share of its deflection."""
+        if math.isinf(self.frequency):
+            return 0.0
+        decay = 4.0 * math.pi * self.frequency * self.damping * self.duration
+        return self.residual * math.sqrt(-math.expm1(-decay) / (2.0 * decay) if decay > 0.0 else 0.5)
 
     @property
     def load(self) -> float:
@@ -139,7 +152,7 @@ def _stays_cold(scene: Scene, thermal: Member) -> bool:
 
 def dimensionless_numbers(scene: Scene) -> DimensionlessNumbers:
     """Dimensionless numbers of the scene's thermal and rod FMUs, as far as it has them."""
-    values: dict[str, Any] = {}
+    values: dict[str, Any] = {"duration": scene.stop_time}
     rods = scene.models(ROD)
     heats = [(m, ThermalParameters.of(m)) for m in scene.models(THERMAL)]
     if heats:
@@ -170,12 +183,14 @@ def _rod(rod: Member) -> dict[str, Any]:
     tip = p.tip_body.mass
     mass = line_mass + _CLAMPED_FREE**4 / 3.0 * tip / length  # Dunkerley: a mass at the tip slows the first mode
     arm = math.dist((0.0, 0.0, 0.0), p.tip_body.centre)
+    frequency = _CLAMPED_FREE**2 * math.sqrt(bending / mass) / length**2 / (2.0 * math.pi)
     return {
         "shear": 12.0 * bending / (shearing * length**2),
         "extension": bending / (stretching * length**2),
         "gravity": line_mass * gravity * length**3 / bending,
         "tip": (force + tip * gravity) * length**2 / bending + (moment + tip * gravity * arm) * length / bending,
-        "frequency": _CLAMPED_FREE**2 * math.sqrt(bending / mass) / length**2 / (2.0 * math.pi),
+        "frequency": frequency,
+        "damping": math.pi * frequency * max(segment.retardation for segment in p.segments),
         "parallel": _has_constant_strain(p),
     }
 

@@ -11,6 +11,7 @@ __all__ = ["propose_choice"]
 
 _UNIFORM = 0.1  # Biot number below which a section has one temperature (textbook bound of the lumped model)
 _SWINGS = 0.3  # residual vibration, share of the deflection, from which on inertia is needed beyond doubt
+_RINGS = 20.0  # residual vibration / tolerance, rms over the scene, from which on inertia is needed beyond doubt
 _RESERVE = 0.1  # tolerance of time steps / tolerance asked for: a tighter one costs next to nothing
 _SECOND_MODE = 6.27  # frequency of a clamped-free beam's second mode over that of its first
 _SHORT_STEP = 100.0  # (phase of the second mode)^4 / tolerance of steps that no tolerance shortens any further
@@ -25,17 +26,21 @@ def propose_choice(hierarchies: Hierarchies, numbers: DimensionlessNumbers, tole
         name = hierarchy.name
         if name in needed and not hierarchy.exact and (name != "heat" or numbers.biot >= _UNIFORM):
             choice[name] = _first_level(hierarchy, needed[name])
-    if "inertia" in choice and numbers.residual >= _SWINGS:
+    rings = numbers.vibration >= _RINGS * tolerance
+    if "inertia" in choice and (numbers.residual >= _SWINGS or rings):
         choice["inertia"] = 1
     # Macro steps bound the steps of the integrator: where they follow the second mode, a tighter tolerance only costs.
     # The macro step's own hierarchy halves them, and shows whether they do.
     if "step" in choice and (_SECOND_MODE * numbers.phase) ** 4 <= _SHORT_STEP * tolerance:
         choice["step"] = 1
     if "strains" in choice:
-        sheared = numbers.load > 0.0 and numbers.shear > tolerance
+        sheared = (numbers.load > 0.0 or rings) and numbers.shear > tolerance
         choice["strains"] = 3 if sheared else 1 if numbers.extension > tolerance else 0
     if "order" in choice and not numbers.arc and numbers.load > tolerance:
         decades = math.ceil(math.log10(numbers.load / tolerance))  # each order gains about one
+        choice["order"] = min(max(0, decades - 1), _MOST_ORDER)
+    elif "order" in choice and rings:  # the inertia of a vibration bends the rod as a load does
+        decades = math.ceil(math.log10(numbers.vibration / tolerance))
         choice["order"] = min(max(0, decades - 1), _MOST_ORDER)
     return {h.name: min(choice[h.name], h.highest) for h in hierarchies}
 

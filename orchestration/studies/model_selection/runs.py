@@ -20,6 +20,8 @@ from .measure import Quantity, Trajectory, relative_error, requested_quantities
 
 __all__ = ["ResumableRun", "RunCache"]
 
+_PARTS = (1 / 16, 1 / 4, 1.0)  # of a run, after which its error is looked at
+_CLEARLY = 1.01  # error of a part / limit from which on it exceeds: shares of macro steps are not exact
 _SAME_TIME = 1e-9  # share of a time within which two times are equal
 
 
@@ -79,6 +81,11 @@ class ResumableRun:
         return Trajectory(times[:within], values)
 
     @property
+    def last_steps(self) -> Sequence[StepLog]:
+        """The last macro steps taken, up to ten."""
+        return [self._logs[k] for k in range(max(len(self._logs) - 10, 0), len(self._logs))]
+
+    @property
     def ended(self) -> bool:
         """Whether it reached its stop time or failed."""
         return self._failure is not None or self._passed(self.scene.stop_time)
@@ -118,6 +125,8 @@ class RunCache:
         What it asks for.
     count : int
         Number of runs made.
+    limit : float
+        CPU time after which a run is given up [s].
     """
 
     def __init__(
@@ -125,32 +134,63 @@ class RunCache:
         scene: Scene,
         announce: Callable[[Choice], None] = lambda choice: None,
         watch: Callable[[float], None] = lambda time: None,
+        limit: float = math.inf,
+        words: Callable[[Choice], str] = str,
     ) -> None:
-        """Open an empty cache; announce is called with every choice before its run, watch after every macro step."""
+        """Open an empty cache; announce is called with every choice before its run, watch after every macro step.
+
+        words: what a message says of a choice.
+        """
         self.scene = scene
         self.quantities = requested_quantities(scene)
         self.count = 0
-        self._announce, self._watch = announce, watch
+        self.limit = limit
+        self._announce, self._watch, self._words = announce, watch, words
         self._runs: dict[tuple[tuple[str, int], ...], ResumableRun] = {}
 
     def __call__(self, choice: Choice, stop: float) -> ResumableRun:
-        """The run with that choice, at least until `stop` [s]. Raises the error with which it ended before."""
+        """The run with that choice, at least until `stop` [s].
+
+        Raises the error with which it ended before, and CosimError where it takes longer than the limit.
+        """
         key = tuple(sorted(choice.items()))
         if key not in self._runs:
             self._announce(choice)
             self.count += 1
             self._runs[key] = ResumableRun(apply_choice(self.scene, choice), self._watch)
-        self._runs[key].advance_to(stop)
-        return self._runs[key]
+        run = self._runs[key]
+        if not run.advance_to(stop, self.limit) and run.cost > self.limit:  # an FMU may end its simulation before
+            raise CosimError(f"{self.scene.name}: {self._given_up(choice, run, stop)}")
+        return run
 
-    def difference(self, choice: Choice, finer: Choice, stop: float) -> float:
-        """Error of `choice` relative to `finer` until `stop` [s], share of the range; inf where `choice` fails."""
+    def _given_up(self, choice: Choice, run: ResumableRun, stop: float) -> str:
+        """Message on a run that takes too long."""
+        last = run.last_steps
+        return (
+            f"the search ends, since run {self.count} takes too long: {run.cost:.0f} s of CPU time to "
+            f"t = {last[-1].time:.4g} s of {stop:.4g} s ({self._words(choice)}). Its last macro steps took up to "
+            f"{max(log.sweeps for log in last)} sweeps at coupling.macro_step = {run.scene.coupling.macro_step:.4g} s; "
+            "make it shorter, so that it resolves what moves fast, such as a contact, ask for less "
+            "(fidelity.tolerance), or choose the levels yourself (fidelity.level = 'given')"
+        )
+
+    def difference(self, choice: Choice, finer: Choice, stop: float, limit: float = math.inf) -> float:
+        """Error of `choice` relative to `finer` until `stop` [s], share of the range; inf where `choice` fails.
+
+        Where a first part of the run shows that the error of the whole exceeds `limit`, its error is the answer.
+        """
         reference = self(finer, stop).trajectory(self.quantities, stop)
-        try:
-            error = relative_error(self(choice, stop).trajectory(self.quantities, stop), reference, self.quantities)
-        except CosimError:
-            return math.inf
-        return error if math.isfinite(error) else math.inf
+        for share in _PARTS if math.isfinite(limit) else (1.0,):
+            try:
+                run = self(choice, share * stop)
+            except CosimError:
+                return math.inf
+            error = relative_error(run.trajectory(self.quantities, share * stop), reference, self.quantities)
+            if not math.isfinite(error):
+                return math.inf
+            if math.sqrt(share) * error > _CLEARLY * limit:  # squares of the rest are positive
+                break
+        return error
 
     def close(self) -> None:
         """Free all FMUs. Results stay; runs that had not come to their end are dropped."""

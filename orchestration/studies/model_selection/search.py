@@ -23,9 +23,11 @@ from .runs import RunCache
 __all__ = ["SHARE", "SearchResult", "Trial", "coarsen", "comparison_choice", "refine"]
 
 SHARE = 0.7  # largest estimate / tolerance; the reserve covers that differences shrink from level to level, not to zero
+_NEGLIGIBLE = 0.2  # contribution / largest estimate below which it is not measured again at finer levels of the others
 _COARSENED = ("inertia", "step", "order", "strains")  # in this order: where a coarser level saves most
 
 Trial = Callable[[Choice, float], None]  # called with every choice tried and its estimated error
+Known = dict[tuple[str, int], float]  # contributions measured so far, by hierarchy and level
 
 
 @dataclass(frozen=True)
@@ -39,9 +41,10 @@ class SearchResult:
     estimate : float
         Estimated error of the choice.
     gaps : mapping of str to float
-        Contribution of each hierarchy to it; nan where the run that would show it fails.
+        Contribution of each hierarchy to it; nan where the run that would show it fails. Negligible ones are those of
+        an earlier choice with the same level.
     rejected : mapping of str to float
-        Estimated error with one level less, where that is too much; inf where that run fails.
+        Estimated error with one level less, where that is too much, until then; inf where that run fails.
     """
 
     choice: Choice
@@ -56,19 +59,27 @@ def comparison_choice(hierarchies: Hierarchies, choice: Choice) -> Choice:
 
 
 def refine(
-    runs: RunCache, hierarchies: Hierarchies, choice: Choice, tolerance: float, stop: float, trial: Trial
+    runs: RunCache,
+    hierarchies: Hierarchies,
+    choice: Choice,
+    tolerance: float,
+    stop: float,
+    trial: Trial,
+    known: Known | None = None,
 ) -> Choice:
     """Refine a choice until its estimated error until `stop` [s] is at most SHARE * tolerance.
 
-    Raises CosimError where no choice meets that.
+    known: contributions measured before; it gets those measured here. Raises CosimError where no choice meets that.
     """
-    allowed = SHARE * tolerance
+    allowed, known = SHARE * tolerance, {} if known is None else known
     while True:
         estimate = runs.difference(choice, comparison_choice(hierarchies, choice), stop)
         trial(choice, estimate)
         if estimate <= allowed:
             return choice
-        gaps = _gaps(runs, hierarchies, choice, stop)
+        gaps = _gaps(runs, hierarchies, choice, stop, known, _NEGLIGIBLE * allowed)
+        if sum(gap for gap in gaps.values() if gap > 0.0) < 0.5 * estimate:  # what was negligible may be no longer
+            gaps = _gaps(runs, hierarchies, choice, stop, known, -math.inf)
         refinable = [h for h in hierarchies if choice[h.name] < h.highest]
         # All of them where no single one shows what is wrong.
         candidates = {h.name: gaps[h.name] for h in refinable if gaps[h.name] > 0.0} or {
@@ -88,25 +99,45 @@ def refine(
 
 
 def coarsen(
-    runs: RunCache, hierarchies: Hierarchies, choice: Choice, tolerance: float, stop: float, trial: Trial
+    runs: RunCache,
+    hierarchies: Hierarchies,
+    choice: Choice,
+    tolerance: float,
+    stop: float,
+    trial: Trial,
+    known: Known | None = None,
 ) -> SearchResult:
-    """Coarsen a choice that meets the tolerance until `stop` [s] as far as the estimated error allows."""
+    """Coarsen a choice that meets the tolerance until `stop` [s] as far as the estimated error allows.
+
+    Runs that are too coarse end where they have shown it. known: contributions measured before.
+    """
     allowed, fine = SHARE * tolerance, comparison_choice(hierarchies, choice)
+    known = {} if known is None else known
     estimate, rejected = runs.difference(choice, fine, stop), {}
     for name in (name for name in _COARSENED if name in choice):
         while choice[name] > 0 and (name != "step" or choice.get("inertia")):  # equilibria take no time steps
             coarser = {**choice, name: choice[name] - 1}
-            error = runs.difference(coarser, fine, stop)
+            error = runs.difference(coarser, fine, stop, allowed)
             trial(coarser, error)
             if error > allowed:
                 rejected[name] = error
                 break
             choice, estimate = coarser, error
-    return SearchResult(choice, estimate, _gaps(runs, hierarchies, choice, stop), rejected)
+    gaps = _gaps(runs, hierarchies, choice, stop, known, _NEGLIGIBLE * allowed)
+    return SearchResult(choice, estimate, gaps, rejected)
 
 
-def _gaps(runs: RunCache, hierarchies: Hierarchies, choice: Choice, stop: float) -> dict[str, float]:
-    return {h.name: _gap(runs, h, choice, choice[h.name], stop) for h in hierarchies}
+def _gaps(
+    runs: RunCache, hierarchies: Hierarchies, choice: Choice, stop: float, known: Known, negligible: float
+) -> dict[str, float]:
+    """Contributions of all hierarchies: those known to be negligible at the level chosen, all others measured."""
+    gaps = {}
+    for h in hierarchies:
+        key = (h.name, choice[h.name])
+        if not known.get(key, math.inf) <= negligible:
+            known[key] = _gap(runs, h, choice, choice[h.name], stop)
+        gaps[h.name] = known[key]
+    return gaps
 
 
 def _gap(runs: RunCache, hierarchy: ModelHierarchy, choice: Choice, level: int, stop: float) -> float:

@@ -8,6 +8,7 @@ import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from ... import simulation
@@ -20,13 +21,14 @@ from .kept_choice import keep_choice, kept_choice
 from .proposal import propose_choice
 from .reference_level import reference_choice
 from .runs import ResumableRun, RunCache
-from .search import SearchResult, coarsen, refine
+from .search import Known, SearchResult, coarsen, refine
 
 if TYPE_CHECKING:
     import xarray as xr
 
 __all__ = ["Selection", "StatusMessage", "audit", "run_selected_table", "select"]
 
+LONGEST_RUN = 30.0  # CPU time of one run of a search [s]: a hundred times that of the dearest known that succeeds
 SEARCH_WINDOW = 0.4  # share of the scene that the search refines on first; the whole is the check
 _TERMS = ("model", "space", "time", "coupling")
 
@@ -151,11 +153,16 @@ def select(
     stop, macro = scene.stop_time, scene.coupling.macro_step
     window = min(stop, max(1.0, round(SEARCH_WINDOW * stop / macro)) * macro)
     shown = _Status(status, hierarchies)
-    with contextlib.closing(RunCache(scene, shown.announce, watch)) as runs:
+    words = partial(summary, hierarchies)
+    with contextlib.closing(RunCache(scene, shown.announce, watch, LONGEST_RUN, words)) as runs:
         proposal = propose_choice(hierarchies, numbers, tolerance)
-        choice = refine(runs, hierarchies, proposal, tolerance, window, shown.tried)
-        choice = refine(runs, hierarchies, choice, tolerance, stop, shown.tried)  # ends at once where the rest is alike
-        search = coarsen(runs, hierarchies, choice, tolerance, stop, shown.tried)
+        known: Known = {}
+        choice = refine(runs, hierarchies, proposal, tolerance, window, shown.tried, known)
+        choice = refine(
+            runs, hierarchies, choice, tolerance, stop, shown.tried, known
+        )  # at once where the rest is alike
+        search = coarsen(runs, hierarchies, choice, tolerance, stop, shown.tried, known)
+    runs.limit = math.inf  # an audit may take its time
     selection = Selection(scene, runs, hierarchies, numbers, search, time.thread_time() - begin)
     if searches_all:
         keep_choice(scene, search.choice, selection.record())
