@@ -27,8 +27,8 @@
 
 #include "mesh/insulated.hpp"
 #include "mesh/symmetric_factor.hpp"
-#include "reduction/graded_eigen.hpp"
 #include "reduction/modal_model.hpp"
+#include "reduction/projection.hpp"
 
 namespace thermal {
 namespace {
@@ -37,90 +37,6 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using SparseMatrix = Eigen::SparseMatrix<double>;
-
-/// Orthonormal basis, grown by blocks; directions that add nothing beyond rounding are dropped.
-class Basis {
- public:
-  explicit Basis(Index rows) : memory_(rows, kFirstColumns) {}
-
-  void add(const MatrixXd& block) {
-    for (Index j = 0; j < block.cols(); ++j) {
-      VectorXd v = block.col(j).normalized();
-      for (int pass = 0; pass < 2; ++pass) v -= columns() * (columns().transpose() * v);
-      const double rest = v.norm();
-      if (rest < kDropped) continue;
-      v /= rest;
-      v -= columns() * (columns().transpose() * v);
-      if (count_ == memory_.cols()) memory_.conservativeResize(Eigen::NoChange, 2 * count_);
-      memory_.col(count_++) = v.normalized();
-    }
-  }
-  MatrixXd::ConstColsBlockXpr columns() const { return memory_.leftCols(count_); }
-
- private:
-  static constexpr double kDropped = 1e-10;
-  static constexpr Index kFirstColumns = 64;  // room for those of the first shifts
-  MatrixXd memory_;
-  Index count_ = 0;
-};
-
-/// A projected system in its eigenvectors, with the Gram matrix F' F of its residual.
-struct Projection {
-  VectorXd rate;
-  MatrixXd load;
-  MatrixXd vectors;  // of the projected matrix
-  MatrixXd residual_gram;
-
-  /// |rho_j|^2 in L2 for every load.
-  VectorXd residual_squares() const {
-    MatrixXd product(rate.size(), rate.size());
-    for (Index l = 0; l < rate.size(); ++l)
-      for (Index k = 0; k < rate.size(); ++k) product(k, l) = residual_gram(k, l) / (rate[k] + rate[l]);
-    const MatrixXd weights = rate.cwiseInverse().asDiagonal() * load;
-    return weights.cwiseProduct(product * weights).colwise().sum().cwiseMax(0.0);
-  }
-};
-
-Projection project(const SparseMatrix& a, const MatrixXd& b, const MatrixXd& basis) {
-  const MatrixXd image = a * basis;
-  const MatrixXd small = basis.transpose() * image;
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(small);
-  Projection p{
-      eigen.eigenvalues(), eigen.eigenvectors().transpose() * (basis.transpose() * b), eigen.eigenvectors(), {}};
-  const MatrixXd residual = (image - basis * small) * p.vectors;
-  p.residual_gram = residual.transpose() * residual;
-  return p;
-}
-
-/// The same for an insulated section, where the first basis vector is the uniform temperature and its image is known.
-Projection project(const SparseMatrix& a, const MatrixXd& b, const MatrixXd& basis, const VectorXd& first_image) {
-  MatrixXd image = a * basis;
-  image.col(0) = first_image;
-  MatrixXd small = basis.transpose() * image;
-  small.row(0) = small.col(0).transpose();
-  const Eigenpairs eigen = graded_eigenpairs(small);
-  Projection p{eigen.values, eigen.vectors.transpose() * (basis.transpose() * b), eigen.vectors, {}};
-  const MatrixXd residual = (image - basis * small) * p.vectors;
-  p.residual_gram = residual.transpose() * residual;
-  return p;
-}
-
-/// The subspace W (orthonormal columns) of an already projected system. `is_graded`: W is the first mode and others.
-Projection project(const Projection& from, const MatrixXd& w, bool is_graded) {
-  const MatrixXd small = w.transpose() * from.rate.asDiagonal() * w;
-  Projection p;
-  if (is_graded) {
-    const Eigenpairs eigen = graded_eigenpairs(small);
-    p = {eigen.values, {}, w * eigen.vectors, {}};
-  } else {
-    const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(small);
-    p = {eigen.eigenvalues(), {}, w * eigen.eigenvectors(), {}};
-  }
-  p.load = p.vectors.transpose() * from.load;
-  const MatrixXd inner = from.rate.asDiagonal() * p.vectors - p.vectors * p.rate.asDiagonal();
-  p.residual_gram = p.vectors.transpose() * from.residual_gram * p.vectors + inner.transpose() * inner;
-  return p;
-}
 
 /// |rho_j| in L2 for every channel of the section.
 VectorXd residual_norms(const HeatSection& section, std::span<const Projection> projections) {
