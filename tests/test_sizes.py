@@ -350,3 +350,18 @@ def test_ports_give_the_reaction_of_the_clamp() -> None:
     assert force[1] == pytest.approx(-1.0 * 0.5 * 2e-3, rel=1e-9)  # half a spacing of 2 mm at the clamp
     with pytest.raises(tca.SceneError, match="give true or false"):
         tca.read({"body": {"ports": "yes"}})
+
+
+def _at_once(path: Path, output: str) -> set[str]:
+    """Inputs and states that the description declares to act on an output at once."""
+    outputs = {unknown.variable.name: unknown for unknown in fmpy.read_model_description(str(path)).outputs}
+    return {variable.name for variable in outputs[output].dependencies}
+
+
+def test_a_rod_at_rest_declares_that_its_shape_follows_the_inputs(tmp_path: Path) -> None:
+    exported(tmp_path, "--like", "step", "--fmu", "rod", "--set", "rod.dynamic=false", "--set", "rod.closure=inside")
+    resting = _at_once(tmp_path / "rod.fmu", "tip.p[1]")
+    assert {"T[1]", "T[3]", "gravity[2]", "tip_force[1]", "tip_moment[3]"} <= resting
+    moving = _at_once(find_fmu("rod.fmu"), "tip.p[1]")
+    assert moving
+    assert all(name.startswith("strain") for name in moving)  # as rod_fmu/fmu/notes.md says
