@@ -67,6 +67,7 @@ check: $(VENV)/installed $(VENV)/tested
 test: portable compiled $(BUILD)/hosts/ready
 	$(MAKE) --no-print-directory lint
 	ctest --test-dir $(BUILD) --output-on-failure
+	$(MAKE) --no-print-directory sanitized-address,undefined SANITIZED="probe thermal"
 	python -m pytest --cov -n auto
 
 reference: $(VENV)/installed
@@ -75,13 +76,16 @@ reference: $(VENV)/installed
 docs: $(VENV)/installed
 	python -m sphinx -q -W --keep-going -b html docs $(BUILD)/site
 
-# The FMUs, and what drives them through their binaries, under sanitizers. Nothing is optimised, which would take longer.
+# FMUs, and what drives them through their binaries, under sanitizers. Nothing is optimised, which would take longer.
+SANITIZED := probe thermal rod
+EMPTY :=
 sanitized-%: $(VENV)/tested
 	cmake -S . -B $(BUILD)/sanitize-$* -G Ninja -DTCA_BUILD_TESTS=ON -DTCA_SANITIZE=$* -DCMAKE_BUILD_TYPE=None
-	cmake --build $(BUILD)/sanitize-$* --target contract drive cycle probe_pack thermal_pack rod_pack
-	ctest --test-dir $(BUILD)/sanitize-$* -R '^(contract|drive|cycle)_' -j 2 --output-on-failure
+	cmake --build $(BUILD)/sanitize-$* --target contract drive cycle $(addsuffix _pack,$(SANITIZED))
+	ctest --test-dir $(BUILD)/sanitize-$* -R '^(contract|drive|cycle)_($(subst $(EMPTY) $(EMPTY),|,$(SANITIZED)))$$' \
+	  -j 2 --output-on-failure
 
-# The same under both kinds, and 64 instances in threads, and the C++ tests of the runtime.
+# All three under both kinds, 64 instances in threads, and the C++ tests of the runtime.
 sanitize: sanitized-address,undefined sanitized-thread
 	for kind in address,undefined thread; do \
 	  cmake --build $(BUILD)/sanitize-$$kind --target test_fmus && \

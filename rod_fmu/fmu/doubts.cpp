@@ -11,7 +11,7 @@ namespace rod {
 
 namespace {
 
-constexpr double kRounding = 1e-9;  // of moments of inertia and lengths
+constexpr double kSlack = 1e-9;  // of moments of inertia and lengths
 
 /// Moments that no body has: each is at most the sum of the other two, and none comes without mass.
 std::string doubt_tip_body(const TipBody& body) {
@@ -21,7 +21,7 @@ std::string doubt_tip_body(const TipBody& body) {
   if (body.mass == 0.0)
     return message("tip_body.inertia is up to ", largest,
                    " kg.m2, but tip_body.mass = 0: no body has these; set the mass, or the inertia to 0");
-  if (largest > 0.5 * (x + y + z) * (1.0 + kRounding))
+  if (largest > 0.5 * (x + y + z) * (1.0 + kSlack))
     return message("tip_body.inertia = ", x, ", ", y, ", ", z,
                    " kg.m2: no body has these, each is at most the sum of the other two; correct the largest");
   return {};
@@ -35,7 +35,7 @@ std::string doubt_coils(const Parameters& p, std::size_t i) {
   const double width = tca.wire_length * cosine / (std::numbers::pi * tca.coils);
   const double distance = p.span_of(i) / tca.coils * cosine;
   const double room = std::min(width, distance);
-  if (tca.wire_diameter <= room * (1.0 + kRounding)) return {};
+  if (tca.wire_diameter <= room * (1.0 + kSlack)) return {};
   return message("tca.wire_diameter[", i + 1, "] = ", tca.wire_diameter, " m, but coils of tca.wire_length[", i + 1,
                  "] = ", tca.wire_length, " m and tca.coils[", i + 1, "] = ", tca.coils, " have room for ", room,
                  " m: they are ", width, " m wide and ", distance,

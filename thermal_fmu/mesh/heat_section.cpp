@@ -10,7 +10,7 @@ namespace {
 
 using Eigen::Index;
 using Eigen::MatrixXd;
-using Eigen::SparseMatrix;
+using SparseMatrix = Eigen::SparseMatrix<double>;
 using Eigen::Triplet;
 using Eigen::Vector2d;
 
@@ -104,7 +104,7 @@ HeatSystem folded(const HeatSystem& cell, const std::vector<Amplitude>& amplitud
       part.loads.row(to.even) += to.of_even * cell.loads.row(b).leftCols(part.loads.cols());
     }
     if (to.odd >= 0) part.mass[to.odd] += to.of_odd * to.of_odd * cell.mass[b];
-    for (SparseMatrix<double>::InnerIterator entry(cell.stiffness, b); entry; ++entry) {
+    for (SparseMatrix::InnerIterator entry(cell.stiffness, b); entry; ++entry) {
       const Amplitude& from = amplitude[static_cast<std::size_t>(entry.row())];
       if (from.even >= 0 && to.even >= 0)
         entries.emplace_back(from.even, to.even, from.of_even * to.of_even * entry.value());
@@ -144,7 +144,7 @@ HeatPart::Copy make_copy(const Cell& cell, const std::vector<Amplitude>& amplitu
   // The section's heat capacity is this many times that of `system`: the mean of cosines squared is a half.
   const double times = is_real ? static_cast<double>(count) : 0.5 * static_cast<double>(count);
   const double scale = 1.0 / std::sqrt(times);
-  HeatPart::Copy copy{MatrixXd::Zero(system.loads.cols(), count + 1), SparseMatrix<double>(probes, system.size())};
+  HeatPart::Copy copy{MatrixXd::Zero(system.loads.cols(), count + 1), SparseMatrix(probes, system.size())};
   std::vector<Triplet<double>> entries;
   entries.reserve(2 * static_cast<std::size_t>(number.size()));
   for (Index j = 0; j < count; ++j) {
@@ -214,8 +214,7 @@ HeatSection undivided(const HeatMatrices& m) {
   section.order = m.order;
   section.is_insulated = m.is_insulated;
   section.error = m.error;
-  HeatPart::Copy copy{MatrixXd::Identity(m.loads.cols(), m.loads.cols()),
-                      SparseMatrix<double>(section.probes, m.size())};
+  HeatPart::Copy copy{MatrixXd::Identity(m.loads.cols(), m.loads.cols()), SparseMatrix(section.probes, m.size())};
   std::vector<Triplet<double>> entries;
   for (Index p = 0; p < section.probes; ++p)
     entries.emplace_back(static_cast<int>(p), m.probes[static_cast<std::size_t>(p)], 1.0);
