@@ -67,6 +67,7 @@ check: $(VENV)/installed $(VENV)/tested
 test: portable compiled $(BUILD)/hosts/ready
 	$(MAKE) --no-print-directory lint
 	ctest --test-dir $(BUILD) --output-on-failure
+	$(MAKE) --no-print-directory sanitized-address,undefined SANITIZED="probe thermal"
 	python -m pytest --cov -n auto
 
 reference: $(VENV)/installed
