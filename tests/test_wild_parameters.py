@@ -20,5 +20,5 @@ def test_no_answer_is_wrong_without_a_word(path: Path, count: int) -> None:
 def test_mild_parameters_pass_their_audits(path: Path, count: int) -> None:
     counts, wrong = campaign(Fmu(path), count, 0, "mild")
     assert wrong == []
-    assert counts["complete"] >= 5
+    assert counts["complete"] >= 3
     assert sum(number for what, number in counts.items() if what.startswith("audits: ")) >= 5
