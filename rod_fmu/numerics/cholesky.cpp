@@ -95,8 +95,9 @@ double Cholesky::assign(const double* matrix, int n) {
 
 bool Cholesky::factor(double shift, const double* d) {
   columns_ = matrix_;
+  double* diagonal = columns_.data();
   if (d)
-    for (int j = 0; j < n_; ++j) columns_[static_cast<std::size_t>(j * (rows_ + 1))] += shift * d[j];
+    for (int j = 0; j < n_; ++j, diagonal += rows_ + 1) *diagonal += shift * d[j];
   return dispatch<factor_columns>(columns_.data(), n_, rows_, inverse_.data());
 }
 
