@@ -128,3 +128,22 @@ def test_norm_rounds_as_pythons() -> None:
     for n in (1, 2, 3, 7):
         for v in generator.standard_normal((2000, n)) * 10.0 ** generator.integers(-200, 200, (2000, 1)):
             assert engine.tca_norm(v.ctypes, n) == norm(v)
+
+
+def test_an_engine_of_another_version_leaves_the_steps_to_the_master(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its structures are of another size."""
+    engine = compiled_arithmetic._arithmetic().engine
+
+    class Other:
+        tca_take_steps = engine.tca_take_steps
+
+        @staticmethod
+        def tca_layout() -> int:
+            return int(engine.tca_layout()) + 8
+
+    monkeypatch.setattr(compiled_arithmetic, "load_engine", Other)
+    compiled_arithmetic._arithmetic.cache_clear()
+    try:
+        assert compiled_arithmetic.find_arithmetic(frozenset({3}), frozenset({3})) is None
+    finally:
+        compiled_arithmetic._arithmetic.cache_clear()

@@ -124,3 +124,8 @@ class Block {
 }  // namespace
 
 long tca_take_steps(TcaBlock* block, TcaSteps* steps) { return Block(*block, *steps).take(); }
+
+size_t tca_layout(void) {
+  return sizeof(TcaBlas) + sizeof(TcaGroup) + sizeof(TcaNode) + sizeof(TcaComponent) + sizeof(TcaBlock) +
+         sizeof(TcaSteps);
+}

@@ -95,6 +95,9 @@ TCA_EXPORT long tca_take_steps(TcaBlock* block, TcaSteps* steps);
    many; where that is not all, the next one failed. */
 TCA_EXPORT size_t tca_step_alone(const TcaNode* node, const TcaSteps* steps);
 
+/* Sum of the sizes of the structures above, by which a caller of another version is told from one of this. */
+TCA_EXPORT size_t tca_layout(void);
+
 /* What tca_take_steps does with secants, for the check that it rounds as the master: adds the difference (dx, dr) of n
    unknowns and writes the secant step and the rest (2n) for the residual r. */
 TCA_EXPORT void tca_secants(const TcaBlas* blas, TcaComponent* loop, const double* dx, const double* dr,

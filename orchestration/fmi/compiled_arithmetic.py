@@ -60,9 +60,11 @@ def find_arithmetic(unknowns: frozenset[int], outputs: frozenset[int]) -> Arithm
 def _arithmetic() -> Arithmetic | None:
     try:
         engine = load_engine()
-        take = engine.tca_take_steps
+        take, layout = engine.tca_take_steps, engine.tca_layout
     except (CosimError, AttributeError):  # AttributeError: an engine of an earlier version
         return None
+    if layout() != sum(map(ctypes.sizeof, (c.Blas, c.Group, c.Node, c.Component, c.Block, c.Steps))):
+        return None  # of another version
     take.restype = ctypes.c_long
     engine.tca_norm.restype = ctypes.c_double
     blas = _blas_of_numpy()

@@ -118,8 +118,8 @@ StepOutcome step_static(const Rod& rod, const Inputs& u, double h, State& state,
   scratch.v = state.v;
   core::Status status = solve_equilibrium(rod, loads, state, scratch, h);
   if (!status.is_ok()) return {0.0, std::move(status)};
-  // The velocity of the moving equilibrium serves the rates of outputs, and with its own rate the prediction of the next
-  // step; without inertia they have no other effect.
+  // The velocity of the moving equilibrium serves the rates of outputs, and with its own rate the prediction of the
+  // next step; without inertia they have no other effect.
   scratch.r = state.q;
   scratch.newton.equilibrium_velocity(rod, scratch.r, loads, load_rates_at(u, h), scratch.x);
   state.v = scratch.x;
