@@ -31,7 +31,12 @@ LAYERS: tuple[tuple[tuple[str, str], ...], ...] = (
     (("scene", "TOML and SSP, checked"),),
     (("fmi", "archive, instance, slave, units"),),
     (("cosim", "master, loops, extrapolation, step control"),),
-    (("files", "atomic writes"), ("parallel", "processes"), ("plotting", "colours of all figures")),
+    (
+        ("files", "atomic writes"),
+        ("packages", "versions"),
+        ("parallel", "processes"),
+        ("plotting", "colours"),
+    ),
     (("errors", "what, where, allowed, remedy"),),
 )
 

@@ -21,8 +21,8 @@ def version(package: str) -> str:
     """
     name = re.sub(r"[-_.]+", "_", package).lower()
     for folder in sys.path:
-        for found in Path(folder or ".").glob(f"{name}-*.dist-info"):
-            return found.name.removesuffix(".dist-info").split("-", 1)[1]
+        for record in Path(folder or ".").glob(f"{name}-*.dist-info"):
+            return record.name.removesuffix(".dist-info").split("-", 1)[1]
     from importlib import metadata
 
     return metadata.version(package)
