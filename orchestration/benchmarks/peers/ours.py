@@ -1,4 +1,7 @@
-"""rod.fmu, as a host written in C calls it: spatial with all six strains, and planar with the three of its plane."""
+"""rod.fmu, as a host written in C calls it: spatial with all six strains, and planar with the three of its plane.
+
+It is written for one TCA, the least that it can have, which pulls with no force: the other codes have none.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +10,9 @@ from collections.abc import Callable
 
 import numpy as np
 
+from ...fmi.archive import Archive
 from ...fmi.compiled_steps import compiled_steps
+from ...fmi.configuration import Configuration, configured_fmu
 from ...fmi.slave import Slave
 from .release import Code, ReleaseProblem, Setting
 
@@ -50,7 +55,8 @@ def prepare(release: ReleaseProblem, setting: Setting) -> Callable[[], np.ndarra
         "order": int(setting["order"]),
         "tolerance": setting["tolerance"],
     }
-    rod = Slave(release.archive, "rod", values, ["gravity[1]"], [], ["tip.p[3]", "tip.p[1]"])
+    archive = Archive(configured_fmu(release.archive, Configuration(tcas=1)))
+    rod = Slave(archive, "rod", values, ["gravity[1]"], [], ["tip.p[3]", "tip.p[1]"])
     rod.initialise(0.0, np.array([release.gravity]))
     rod.begin()
     count = int(setting["outputs"])
@@ -69,7 +75,8 @@ def prepare(release: ReleaseProblem, setting: Setting) -> Callable[[], np.ndarra
             now = stop
         return np.array(tips)[chosen]
 
-    weakref.finalize(simulate, rod.close)  # not while it is timed
+    weakref.finalize(simulate, archive.close)  # not while it is timed
+    weakref.finalize(simulate, rod.close)
     return simulate
 
 
