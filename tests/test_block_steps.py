@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import tca_cosim as tca
 from tca_cosim.cosim.acceleration.secants import norm
-from tca_cosim.fmi import block_steps, compiled_arithmetic
+from tca_cosim.fmi import block_steps, compiled_arithmetic, engine_library
 from tca_cosim.fmi.block_steps import BlockSteps
 
 SCENES = {
@@ -141,9 +141,10 @@ def test_an_engine_of_another_version_leaves_the_steps_to_the_master(monkeypatch
         def tca_layout() -> int:
             return int(engine.tca_layout()) + 8
 
-    monkeypatch.setattr(compiled_arithmetic, "load_engine", Other)
+    monkeypatch.setattr(engine_library, "load_engine", Other)
     compiled_arithmetic._arithmetic.cache_clear()
     try:
         assert compiled_arithmetic.find_arithmetic(frozenset({3}), frozenset({3})) is None
+        assert engine_library.load_block_engine() is None
     finally:
         compiled_arithmetic._arithmetic.cache_clear()

@@ -12,9 +12,8 @@ import numpy as np
 
 from ..cosim.acceleration.secants import Secants, norm
 from ..cosim.extrapolation import METHODS, Sample
-from ..errors import CosimError
 from . import block_interface as c
-from .engine_library import load_engine
+from .engine_library import load_block_engine
 
 __all__ = ["Arithmetic", "address", "find_arithmetic"]
 
@@ -58,14 +57,10 @@ def find_arithmetic(unknowns: frozenset[int], outputs: frozenset[int]) -> Arithm
 
 @lru_cache(maxsize=1)
 def _arithmetic() -> Arithmetic | None:
-    try:
-        engine = load_engine()
-        take, layout = engine.tca_take_steps, engine.tca_layout
-    except (CosimError, AttributeError):  # AttributeError: an engine of an earlier version
+    engine = load_block_engine()
+    if engine is None:
         return None
-    if layout() != sum(map(ctypes.sizeof, (c.Blas, c.Group, c.Node, c.Component, c.Block, c.Steps))):
-        return None  # of another version
-    take.restype = ctypes.c_long
+    engine.tca_take_steps.restype = ctypes.c_long
     engine.tca_norm.restype = ctypes.c_double
     blas = _blas_of_numpy()
     return None if blas is None else Arithmetic(engine, blas)

@@ -7,11 +7,11 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ..errors import CosimError, SubsystemError
+from ..errors import SubsystemError
 from . import block_interface as c
 from .block_memory import FUNCTIONS
 from .compiled_arithmetic import address
-from .engine_library import load_engine
+from .engine_library import load_block_engine
 from .slave import Slave
 
 __all__ = ["compiled_steps"]
@@ -33,10 +33,10 @@ def compiled_steps(slave: Slave, stops: np.ndarray) -> Callable[[], np.ndarray] 
         Returns the recorded numbers (steps, n) at the ends; raises SubsystemError where a step fails. None where the
         engine is not built.
     """
-    try:
-        take_steps = load_engine().tca_step_alone
-    except (CosimError, AttributeError):  # AttributeError: an engine of an earlier version
+    engine = load_block_engine()
+    if engine is None:
         return None
+    take_steps = engine.tca_step_alone
     take_steps.restype = ctypes.c_size_t
     references = slave.block_references()
     node = c.Node(component=slave.component, recorded=len(references[2]))

@@ -7,10 +7,11 @@ from functools import lru_cache
 from pathlib import Path
 
 from ..errors import CosimError
+from . import block_interface as c
 from .archive import shipped_folders
 from .fmi2 import LIBRARY_ENDING
 
-__all__ = ["load_engine"]
+__all__ = ["load_block_engine", "load_engine"]
 
 NAME = f"tca_engine{LIBRARY_ENDING}"
 
@@ -36,3 +37,14 @@ def load_engine() -> ctypes.CDLL:
         raise CosimError(
             f"{path} cannot be loaded here: {error}; build it for this machine with `make fmus`"
         ) from error
+
+
+def load_block_engine() -> ctypes.CDLL | None:
+    """Load the engine for calls with the structures of block.h; None where it is missing or of another version."""
+    try:
+        engine = load_engine()
+        size = engine.tca_layout()
+    except (CosimError, AttributeError):  # AttributeError: an earlier version
+        return None
+    structures = (c.Blas, c.Group, c.Node, c.Component, c.Block, c.Steps)
+    return engine if size == sum(map(ctypes.sizeof, structures)) else None
