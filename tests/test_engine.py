@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import tca_cosim as tca
-from tca_cosim.engine import plan
+from tca_cosim.engine import binding, plan
+from tca_cosim.errors import CosimError
 from tca_cosim.fmi import engine_library
 
 LOOSE = ["rod.closure=inside", "rod.order=0", "coupling.macro_step=1 s", "thermal.tolerance=1e-3", "rod.tolerance=1e-3"]
@@ -114,3 +115,19 @@ def test_a_plan_keeps_what_its_structure_points_to() -> None:
     assert made.width == 3 + 3 + 3 + 1
     assert made.structure.steps == 2
     assert [made.structure.member[k].name for k in range(2)] == [b"thermal", b"rod"]
+
+
+def test_an_engine_of_another_version_is_named_and_not_called(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its structures are of another size: a call would read past them."""
+
+    class Other:
+        _name = "other/tca_engine.so"
+        tca_plan_layout = staticmethod(lambda: 8)
+
+    monkeypatch.setattr(binding, "load_engine", Other)
+    binding.library.cache_clear()
+    try:
+        with pytest.raises(CosimError, match=r"other/tca_engine\.so belongs to another version.*make fmus"):
+            tca.run_batch(tca.read("step", LOOSE), {"rod.body.E": np.array([37800.0])})
+    finally:
+        binding.library.cache_clear()

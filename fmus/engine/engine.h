@@ -85,6 +85,9 @@ typedef struct {
 TCA_EXPORT int tca_realtime(const TcaPlan* plan, const double* parameters, double* outputs, double* durations,
                             double* busy, double* fixed, TcaTimes* times, char* failure, size_t length);
 
+/* Sum of the sizes of the structures above, by which a caller of another version is told from one of this. */
+TCA_EXPORT size_t tca_plan_layout(void);
+
 #ifdef __cplusplus
 }
 #endif

@@ -45,6 +45,17 @@ double thread_time() {
 
 constexpr size_t rehearsed = 3;  // steps: as many samples as the polynomials of inputs go through
 
+// Waits until a step is due: asleep first, then awake. A core that sleeps wakes late, that of a virtual machine by
+// milliseconds once its host has given it to others; but a kernel stops a thread of real-time priority that never
+// sleeps (Linux: for 50 ms of each second). So a tenth of the period is slept, and what exceeds the last 2 ms.
+void wait_until(Clock::time_point due, Clock::duration period) {
+  constexpr auto awake = std::chrono::milliseconds(2);
+  const auto now = Clock::now();
+  if (due > now + period / 5) std::this_thread::sleep_until(std::max(now + period / 10, due - awake));
+  while (Clock::now() < due) {
+  }
+}
+
 // Memory that is never paged out, a priority above all ordinary threads, and one core, where the system grants them.
 // The last core: interrupts go to the first ones.
 void prepare_thread(TcaTimes& times) {
@@ -100,7 +111,7 @@ void pace(const TcaPlan& plan, engine::Run& run, double* outputs, double* durati
   double own_end = 0.0;  // of the step before [s after `start`], had the thread had its core all the time
   for (size_t k = 0; k < plan.steps; ++k) {
     const auto due = start + static_cast<Clock::rep>(k) * period;
-    if (times.period > 0.0) std::this_thread::sleep_until(due);
+    if (times.period > 0.0) wait_until(due, period);
     const unsigned long before = count ? count() : 0;
     const auto begin = Clock::now();
     const double busy_before = thread_time();
@@ -154,4 +165,8 @@ int tca_realtime(const TcaPlan* plan, const double* parameters, double* outputs,
   std::memcpy(failure, text.data(), size);
   failure[size] = '\0';
   return text.empty() ? 0 : -1;
+}
+
+size_t tca_plan_layout(void) {
+  return sizeof(TcaLink) + sizeof(TcaValues) + sizeof(TcaMember) + sizeof(TcaPlan) + sizeof(TcaTimes);
 }

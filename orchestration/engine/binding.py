@@ -7,7 +7,8 @@ from ctypes import POINTER, c_char_p, c_double, c_int, c_size_t, c_ubyte, c_uint
 from functools import lru_cache
 from typing import Any
 
-from ..fmi.engine_library import load_engine
+from ..errors import CosimError
+from ..fmi.engine_library import has_layout, load_engine
 
 __all__ = ["Link", "Member", "Plan", "Times", "Values", "library"]
 
@@ -72,8 +73,18 @@ class Times(ctypes.Structure):
 
 @lru_cache(maxsize=1)
 def library() -> Any:
-    """Load the engine and declare the types of its functions. Raises CosimError as load_engine()."""
+    """Load the engine and declare the types of its functions.
+
+    Raises
+    ------
+    CosimError
+        It is missing, or not for this machine or this version of the package.
+    """
     loaded = load_engine()
+    if not has_layout(loaded, "tca_plan_layout", (Link, Values, Member, Plan, Times)):
+        raise CosimError(
+            f"{loaded._name} belongs to another version of this package; run `make fmus`, or install the package again"
+        )
     array = POINTER(c_double)
     batch = (POINTER(Plan), c_size_t, c_size_t, array, array, array, c_size_t, c_char_p, c_size_t)
     paced = (POINTER(Plan), array, array, array, array, array, POINTER(Times), c_char_p, c_size_t)

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import ctypes
+from collections.abc import Iterable
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 from ..errors import CosimError
 from . import block_interface as c
 from .archive import shipped_folders
 from .fmi2 import LIBRARY_ENDING
 
-__all__ = ["load_block_engine", "load_engine"]
+__all__ = ["has_layout", "load_block_engine", "load_engine"]
 
 NAME = f"tca_engine{LIBRARY_ENDING}"
 
@@ -39,12 +41,20 @@ def load_engine() -> ctypes.CDLL:
         ) from error
 
 
+def has_layout(engine: Any, function: str, structures: Iterable[type[ctypes.Structure]]) -> bool:
+    """Tell whether structures have the sizes that the engine's function of that name adds up, as in this version."""
+    try:
+        size = getattr(engine, function)()
+    except AttributeError:  # an earlier version
+        return False
+    return bool(size == sum(map(ctypes.sizeof, structures)))
+
+
 def load_block_engine() -> ctypes.CDLL | None:
     """Load the engine for calls with the structures of block.h; None where it is missing or of another version."""
     try:
         engine = load_engine()
-        size = engine.tca_layout()
-    except (CosimError, AttributeError):  # AttributeError: an earlier version
+    except CosimError:
         return None
     structures = (c.Blas, c.Group, c.Node, c.Component, c.Block, c.Steps)
-    return engine if size == sum(map(ctypes.sizeof, structures)) else None
+    return engine if has_layout(engine, "tca_layout", structures) else None
