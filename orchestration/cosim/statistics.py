@@ -29,18 +29,19 @@ def summarize(master: Master, logs: Sequence[StepLog]) -> dict[str, Any]:
         largest_step_s, seconds: wall time in every subsystem, in recording and in the master itself.
     """
     steps = StepLogs.of(logs)
-    sweeps, lengths = steps.column("sweeps").astype(int).tolist(), steps.column("step").tolist()
+    sweeps, lengths = steps.column("sweeps"), steps.column("step")
+    total = int(sweeps.sum())
     own = {node.subsystem.name: node.seconds for node in master.nodes}
     rest = max(0.0, master.seconds - sum(own.values()) - master.recording_seconds)
     return {
         "steps": len(logs),
         "rejected_steps": master.rejected,
         "rollbacks": sum(node.restores for node in master.nodes),
-        "sweeps": sum(sweeps),
-        "sweeps_per_step": sum(sweeps) / len(logs) if logs else 0.0,
-        "most_sweeps": max(sweeps, default=0),
-        "smallest_step_s": min(lengths, default=0.0),
-        "largest_step_s": max(lengths, default=0.0),
+        "sweeps": total,
+        "sweeps_per_step": total / len(logs) if logs else 0.0,
+        "most_sweeps": int(sweeps.max(initial=0)),
+        "smallest_step_s": float(lengths.min()) if logs else 0.0,
+        "largest_step_s": float(lengths.max(initial=0.0)),
         "seconds": {
             "subsystems": {name: round(seconds, 6) for name, seconds in own.items()},
             "recording": round(master.recording_seconds, 6),

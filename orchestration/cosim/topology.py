@@ -10,6 +10,7 @@ from __future__ import annotations
 import heapq
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 __all__ = ["Component", "Connection", "components"]
 
@@ -76,6 +77,11 @@ def components(names: Sequence[str], connections: Sequence[Connection], jacobi: 
     jacobi : bool
         Tear every connection inside a component, so that each member sees results of the sweep before only.
     """
+    return _components(tuple(names), tuple(connections), jacobi)
+
+
+@lru_cache(maxsize=64)  # graphs of the scenes that a process runs again and again
+def _components(names: tuple[str, ...], connections: tuple[Connection, ...], jacobi: bool) -> tuple[Component, ...]:
     rank = {name: k for k, name in enumerate(names)}
     after = _neighbours(names, ((c.source[0], c.target[0]) for c in connections))
     groups = _strongly_connected(names, after)

@@ -5,7 +5,17 @@ from __future__ import annotations
 import ctypes
 from ctypes import POINTER, c_double, c_int, c_size_t, c_uint, c_void_p
 
-__all__ = ["Blas", "Block", "Component", "Group", "Node", "Steps"]
+__all__ = ["FUNCTIONS", "Blas", "Block", "Component", "Group", "Node", "Steps"]
+
+FUNCTIONS = {  # fields of Node -> names of the C functions that stand there, without fmi2
+    "set_real": "SetReal",
+    "set_input_derivatives": "SetRealInputDerivatives",
+    "get_real": "GetReal",
+    "get_output_derivatives": "GetRealOutputDerivatives",
+    "do_step": "DoStep",
+    "get_state": "GetFMUstate",
+    "set_state": "SetFMUstate",
+}
 
 _DOUBLES, _SIZES = c_void_p, c_void_p  # addresses of arrays of numpy
 

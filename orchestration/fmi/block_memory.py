@@ -19,20 +19,11 @@ from .compiled_arithmetic import address
 from .log import Warned
 from .slave import Slave
 
-__all__ = ["FUNCTIONS", "METHODS", "SAMPLES", "ComponentMemory", "NodeMemory", "fits"]
+__all__ = ["METHODS", "SAMPLES", "ComponentMemory", "NodeMemory", "fits"]
 
 METHODS = {"held": 0, "linear": 1, "hermite": 3}  # polynomials that the loop knows: their numbers in engine.h
 TORN_METHODS = ("held", "linear")
 SAMPLES = 3  # of each subsystem before a step, so that all polynomials have their full degree
-FUNCTIONS = {
-    "set_real": "SetReal",
-    "set_input_derivatives": "SetRealInputDerivatives",
-    "get_real": "GetReal",
-    "get_output_derivatives": "GetRealOutputDerivatives",
-    "do_step": "DoStep",
-    "get_state": "GetFMUstate",
-    "set_state": "SetFMUstate",
-}
 
 
 def fits(node: Node) -> bool:
@@ -97,8 +88,8 @@ class NodeMemory:
         structure.recorded = self.recorded = len(references[2])
         structure.takes_polynomials = slave.takes_polynomials
         structure.component = slave.component
-        for field, function in FUNCTIONS.items():
-            setattr(structure, field, ctypes.cast(getattr(slave.library, f"fmi2{function}"), ctypes.c_void_p))
+        for field, function in slave.block_functions.items():
+            setattr(structure, field, function)
 
     def _group(self, link: Link, source: int) -> c.Group:
         outputs, inputs = list(_numbers(link.columns)), list(_numbers(link.targets))

@@ -23,7 +23,7 @@ from .compiled_arithmetic import Arithmetic, address, find_arithmetic
 
 __all__ = ["BlockSteps"]
 
-FIRST_SIZE, MAX_SIZE = 256, 4096  # steps asked for at once
+FIRST_SIZE, MAX_SIZE = 512, 4096  # steps asked for at once
 LIMIT = 0.03  # [s] of one block, so that progress is shown and Ctrl-C heard
 WORTHWHILE = 8  # steps in a block that failed; after fewer, the master takes more steps before the next try
 MAX_PAUSE = 64  # most of these
@@ -153,7 +153,9 @@ class BlockSteps:
             self._left = self._pause if done else self._pause - 1  # the present one is the master's in any case
         else:
             self._pause = 0
-            if done == asked and seconds < 0.5 * LIMIT:
+            if done < asked:  # the time was over: signals of steps that are not taken are computed for nothing
+                self._size = max(2 * done, 1)
+            elif seconds < 0.5 * LIMIT:
                 self._size = min(2 * self._size, MAX_SIZE)
 
     def _inverses(self, combined: np.ndarray, kept: np.ndarray) -> np.ndarray | list[np.ndarray | None]:

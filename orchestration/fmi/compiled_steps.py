@@ -9,7 +9,6 @@ import numpy as np
 
 from ..errors import SubsystemError
 from . import block_interface as c
-from .block_memory import FUNCTIONS
 from .compiled_arithmetic import address
 from .engine_library import load_block_engine
 from .slave import Slave
@@ -42,8 +41,7 @@ def compiled_steps(slave: Slave, stops: np.ndarray) -> Callable[[], np.ndarray] 
     node = c.Node(component=slave.component, recorded=len(references[2]))
     node.recorded_references = references[2]
     for field in ("do_step", "get_real"):
-        function = getattr(slave.library, f"fmi2{FUNCTIONS[field]}")
-        setattr(node, field, ctypes.cast(function, ctypes.c_void_p))
+        setattr(node, field, slave.block_functions[field])
     begins = np.concatenate([[0.0], stops[:-1]])
     lengths, ends = stops - begins, np.ascontiguousarray(stops)
     rows = np.zeros((len(stops), len(references[2])))

@@ -90,9 +90,12 @@ class Instance:
         self._dead = ""  # why, after fmi2Fatal: nothing may be called any more
         self._initialising = False
         self._component: Any = None
+        self._parameters: Mapping[str, Value] | None = None  # those that _settings holds, ready to be set
+        self._settings: list[tuple[Group, np.ndarray, list[str]]] = []
         self._folder, self._typed = self._load(archive, interface)
         self._loaded = True
-        self.library: Any = fmi2.untyped(self._typed)
+        self._untyped = fmi2.untyped(self._typed)
+        self.library: Any = self._untyped
         self.has_tangent = interface.has_directional_derivatives
         self._prepare(interface)
         try:
@@ -249,13 +252,10 @@ class Instance:
             self._call("fmi2SetDebugLogging", fmi2.fmi2False, len(chatter), (fmi2.fmi2String * len(chatter))(*chatter))
 
     def _set_parameters(self, variables: Mapping[str, Variable], parameters: Mapping[str, Value]) -> None:
-        for kind in TYPES:
-            names = [name for name in parameters if variables[name].type == kind]
-            if not names:
-                continue
-            group = Group([variables[name] for name in names])
-            values = [number_of(str(parameters[name])) if kind == "String" else parameters[name] for name in names]
-            if group.write(self._typed, self._component, np.array(values, dtype=float)) > fmi2.fmi2Warning:
+        if parameters is not self._parameters:
+            self._parameters, self._settings = parameters, _settings(variables, parameters)
+        for group, values, names in self._settings:
+            if group.write(self._typed, self._component, values) > fmi2.fmi2Warning:
                 raise SubsystemError(f"{self.name}: setting {', '.join(names)}: {self._log.take()}")
 
     def _write_inputs(self, values: np.ndarray) -> None:
@@ -318,3 +318,16 @@ def _port(member: str, v: Variable) -> Port:
     return Port(
         v.name, v.unit, v.nominal, start if math.isfinite(start) else 0.0, v.least, v.most, v.discrete, v.has_nominal
     )
+
+
+def _settings(
+    variables: Mapping[str, Variable], parameters: Mapping[str, Value]
+) -> list[tuple[Group, np.ndarray, list[str]]]:
+    """Return the parameters of each type as a group with its values and names."""
+    settings = []
+    for kind in TYPES:
+        names = [name for name in parameters if variables[name].type == kind]
+        if names:
+            values = [number_of(str(parameters[name])) if kind == "String" else parameters[name] for name in names]
+            settings.append((Group([variables[name] for name in names]), np.array(values, dtype=float), names))
+    return settings

@@ -8,6 +8,7 @@ from __future__ import annotations
 import ctypes
 import math
 from collections.abc import Mapping
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -32,9 +33,6 @@ class Slave(Instance):
     _begun = False
 
     def _prepare(self, interface: Interface) -> None:
-        self.can_rollback = interface.can_save_state
-        self.takes_polynomials = interface.can_interpolate_inputs
-        self.has_rates = interface.max_output_derivative_order > 0
         # Derivatives go to and come from continuous Reals; all others are held.
         self._driven_columns = np.array([k for k, v in enumerate(self._driven_variables) if not v.discrete], dtype=int)
         self._rate_columns = np.array([k for k, v in enumerate(self._wired_variables) if not v.discrete], dtype=int)
@@ -60,6 +58,14 @@ class Slave(Instance):
         )
         self._rate_orders = (fmi2.fmi2Integer * rated)(*[1] * rated)
         self._rate_count = ctypes.c_size_t(rated)
+        self._prepare_run(interface)
+
+    def _prepare_run(self, interface: Interface) -> None:
+        """Prepare what a run changes."""
+        self.can_rollback = interface.can_save_state
+        self.takes_polynomials = interface.can_interpolate_inputs
+        self.has_rates = interface.max_output_derivative_order > 0
+        self._polynomials[:] = 0.0
         self._accepted = MAX_DEGREE  # highest order of input derivatives that the FMU takes
         self._degree = 0  # the highest order of input derivatives sent so far; others the FMU need not know
         self._held: bytes | None = None  # the inputs sent last, where they are constant and the FMU still has them
@@ -136,6 +142,14 @@ class Slave(Instance):
         """Return whether nothing besides the master holds a state, watches calls or ended the simulation."""
         return len(self._states) <= 1 and self._overwrites and not self._ended and type(self.library) is ctypes.CDLL
 
+    @cached_property
+    def block_functions(self) -> dict[str, ctypes.c_void_p]:
+        """Addresses of the C functions that a loop in C++ calls, by the field of block_interface.Node."""
+        return {
+            field: ctypes.cast(getattr(self._untyped, f"fmi2{function}"), ctypes.c_void_p)
+            for field, function in block_interface.FUNCTIONS.items()
+        }
+
     def block_references(self) -> tuple[Any, Any, Any]:
         """Return the value references of inputs, outputs and recorded variables, as C arrays."""
         return self._driven.references, self._wired.references, self._recorded.references
@@ -195,8 +209,8 @@ class Slave(Instance):
         self._stop, self._steps = stop, 0
         self._log.restart(start)
         self._overwrites = True
-        self.library = fmi2.untyped(self._typed)
-        self._prepare(self._archive.description.interface)
+        self.library = self._untyped
+        self._prepare_run(self._archive.description.interface)
         self._call("fmi2Reset")
         self._set_up(parameters, start, stop, tolerance)
 

@@ -115,8 +115,9 @@ class ResultTable:
         coordinates = tuple((name, a.dims, a.dtype.str, a.values.tobytes()) for name, a in self.coords.items())
         shapes = tuple((name, array.dims, array.shape) for name, array in self.data_vars.items())
         dataset = _empty_dataset(coordinates, shapes).copy(data={name: a.values for name, a in self.data_vars.items()})
+        variables = dataset.variables
         for name, array in (*self.coords.items(), *self.data_vars.items()):
-            dataset.variables[name].attrs = array.attrs
+            variables[name].attrs = array.attrs
         dataset.attrs = self.attrs
         return dataset
 
