@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import signal
+import threading
+
 import numpy as np
 import pytest
 import tca_cosim as tca
-from tca_cosim.engine import binding, plan
+from tca_cosim.engine import binding, plan, watched_call
 from tca_cosim.errors import CosimError
 from tca_cosim.fmi import engine_library
 
@@ -115,6 +118,22 @@ def test_a_plan_keeps_what_its_structure_points_to() -> None:
     assert made.width == 3 + 3 + 3 + 1
     assert made.structure.steps == 2
     assert [made.structure.member[k].name for k in range(2)] == [b"thermal", b"rod"]
+
+
+def test_the_user_stops_a_batch_and_keeps_what_was_done(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(watched_call, "INTERVAL", 0.01)
+    scene, values = tca.read("step", LOOSE), np.linspace(30e3, 45e3, 20_000)
+    interrupt = threading.Timer(0.3, signal.raise_signal, [signal.SIGINT])
+    interrupt.start()
+    with pytest.raises(tca.Interrupted, match=r"stopped by the user after \d+ of 20000 runs") as stopped:
+        tca.run_batch(scene, {"rod.body.E": values}, threads=2)
+    interrupt.join()
+    partial = stopped.value.partial
+    done = np.array([not text for text in partial.failures])
+    assert 0 < done.sum() < 20_000
+    assert np.isfinite(partial.outputs[done]).all()
+    assert np.isnan(partial.outputs[~done]).all()
+    assert set(np.array(partial.failures)[~done]) == {"stopped"}
 
 
 def test_an_engine_of_another_version_is_named_and_not_called(monkeypatch: pytest.MonkeyPatch) -> None:

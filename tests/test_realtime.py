@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 import subprocess
 import sys
 import time
@@ -10,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import tca_cosim as tca
+from tca_cosim.cli import realtime as cli_realtime
 from tca_cosim.engine.realtime import counting_library, run_realtime
 from test_cli import tca as command
 
@@ -78,6 +80,43 @@ def test_the_same_work_beside_every_step_shows_the_host() -> None:
     typical = np.nanmedian(paced.fixed) / np.median(paced.durations)
     assert 0.05 < typical < 20.0  # about as long as a step
     assert np.isnan(run_realtime(tca.read("drop", DROP), 0.0).fixed).all()
+
+
+def test_the_user_stops_a_run_and_keeps_its_steps() -> None:
+    scene = tca.read("drop", ["stop_time=60", "coupling.macro_step=1 ms"])
+    reached: list[float] = []
+
+    def interrupt_after_some(time: float) -> None:
+        reached.append(time)
+        if time > 0.0:
+            signal.raise_signal(signal.SIGINT)
+
+    with pytest.raises(tca.Interrupted, match=r"stopped by the user at t = .* of 60 s") as stopped:
+        run_realtime(scene, 0.001, progress=interrupt_after_some)
+    partial = stopped.value.partial
+    steps = partial.durations.size
+    assert 0 < steps < 60_000
+    assert (partial.durations > 0.0).all()
+    assert partial.times.size == len(partial.outputs) == steps + 1
+    assert partial.times[-1] >= reached[-1] > 0.0
+
+
+def test_the_command_shows_and_writes_what_was_measured_until_ctrl_c(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def interrupt_after_some(time: float) -> None:
+        if time > 0.0:
+            signal.raise_signal(signal.SIGINT)
+
+    monkeypatch.setattr(cli_realtime, "watched", lambda scene, solve: solve(interrupt_after_some))
+    monkeypatch.setattr(cli_realtime, "count_allocations", lambda: None)  # it would start this process anew
+    with pytest.raises(SystemExit) as ended:
+        cli_realtime.command("drop", ["stop_time=600"], "1 ms", tmp_path)
+    assert ended.value.code == 130
+    shown, said = capsys.readouterr()
+    assert "stopped by the user at t = " in said
+    assert "steps, " in shown
+    assert len((tmp_path / "drop.realtime.csv").read_text().splitlines()) > 1
 
 
 def test_a_refused_step_is_an_error() -> None:

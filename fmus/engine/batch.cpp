@@ -11,6 +11,7 @@
 
 #include "engine/engine.h"
 #include "engine/run.hpp"
+#include "engine/watch.hpp"
 
 namespace {
 
@@ -23,7 +24,7 @@ void copy(const std::string& text, char* into, size_t length) {
 }  // namespace
 
 int tca_batch(const TcaPlan* plan, size_t runs, size_t columns, const double* parameters, const double* inputs,
-              double* outputs, size_t threads, char* failures, size_t length) {
+              double* outputs, size_t threads, char* failures, size_t length, TcaWatch* watch) {
   std::atomic<size_t> next{0};
   std::atomic<int> failed{0};
   std::mutex mutex;
@@ -37,12 +38,16 @@ int tca_batch(const TcaPlan* plan, size_t runs, size_t columns, const double* pa
       for (size_t k = next++; k < runs; k = next++) {
         double* row = outputs + k * rows;
         const double* own = inputs ? inputs + k * plan->steps * plan->driven : nullptr;
-        bool good = run.begin(parameters + k * columns, own, row);
-        for (size_t step = 0; good && step < plan->steps; ++step) good = run.step(step, row += run.width());
-        if (good) continue;
+        bool stopped = engine::is_stopped(*watch), good = !stopped && run.begin(parameters + k * columns, own, row);
+        for (size_t step = 0; good && !stopped && step < plan->steps; ++step) {
+          good = run.step(step, row += run.width());
+          stopped = engine::is_stopped(*watch);
+        }
+        engine::count_done(*watch);
+        if (good && !stopped) continue;
         ++failed;
         std::fill_n(outputs + k * rows, rows, std::numeric_limits<double>::quiet_NaN());
-        copy(run.failure(), failures + k * length, length);
+        copy(stopped ? "stopped" : run.failure(), failures + k * length, length);
       }
     } catch (const std::exception& error) {
       const std::lock_guard lock(mutex);

@@ -59,12 +59,20 @@ typedef struct {
   const size_t* driven_columns;  /* among the inputs of all members */
 } TcaPlan;
 
+/* What a caller in another thread and a long call tell each other. */
+typedef struct {
+  int stop;    /* set by the caller: end before the next step */
+  size_t done; /* runs of tca_batch, or steps of tca_realtime, that have ended */
+} TcaWatch;
+
 /* Runs a plan `runs` times.
    parameters: (runs, columns); inputs: (runs, steps, driven) or null; outputs: (runs, steps + 1, recorded of all
    members), the first row at the start; failures: (runs, length) texts, empty where a run succeeded.
-   Returns the number of runs that failed, or -1 where no instance can be made: the reason is the first text. */
+   Returns the number of runs that failed or were stopped, or -1 where no instance can be made: the reason is the first
+   text. */
 TCA_EXPORT int tca_batch(const TcaPlan* plan, size_t runs, size_t columns, const double* parameters,
-                         const double* inputs, double* outputs, size_t threads, char* failures, size_t length);
+                         const double* inputs, double* outputs, size_t threads, char* failures, size_t length,
+                         TcaWatch* watch);
 
 typedef struct {
   size_t steps, misses;  /* of the steps counted: those that ended after the next one was due */
@@ -83,7 +91,8 @@ typedef struct {
    amount of work that is always the same and about as long as a step, done behind each step where the period leaves
    time for it, else nan: how it varies is the host's doing. Returns 0, or -1 with the reason. */
 TCA_EXPORT int tca_realtime(const TcaPlan* plan, const double* parameters, double* outputs, double* durations,
-                            double* busy, double* fixed, TcaTimes* times, char* failure, size_t length);
+                            double* busy, double* fixed, TcaTimes* times, char* failure, size_t length,
+                            TcaWatch* watch);
 
 /* Sum of the sizes of the structures above, by which a caller of another version is told from one of this. */
 TCA_EXPORT size_t tca_plan_layout(void);

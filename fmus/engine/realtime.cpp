@@ -9,6 +9,7 @@
 
 #include "engine/engine.h"
 #include "engine/run.hpp"
+#include "engine/watch.hpp"
 
 #ifdef __linux__
 #include <dlfcn.h>
@@ -95,7 +96,7 @@ double time_of_one() {
 }
 
 void pace(const TcaPlan& plan, engine::Run& run, double* outputs, double* durations, double* busy, double* fixed,
-          TcaTimes& times, std::string& failure) {
+          TcaTimes& times, TcaWatch& watch, std::string& failure) {
   constexpr double room = 3.0;     // least rest of the period, in lengths of the fixed work
   constexpr size_t measured = 16;  // first steps, whose mean is the length of the fixed work
   prepare_thread(times);
@@ -109,7 +110,7 @@ void pace(const TcaPlan& plan, engine::Run& run, double* outputs, double* durati
   const auto period = std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(times.period));
   const auto start = Clock::now() + period;
   double own_end = 0.0;  // of the step before [s after `start`], had the thread had its core all the time
-  for (size_t k = 0; k < plan.steps; ++k) {
+  for (size_t k = 0; k < plan.steps && !engine::is_stopped(watch); ++k) {
     const auto due = start + static_cast<Clock::rep>(k) * period;
     if (times.period > 0.0) wait_until(due, period);
     const unsigned long before = count ? count() : 0;
@@ -122,6 +123,7 @@ void pace(const TcaPlan& plan, engine::Run& run, double* outputs, double* durati
     busy[k] = thread_time() - busy_before;
     const auto end = Clock::now();
     ++times.steps;
+    engine::count_done(watch);
     times.allocations += count ? count() - before : 0;
     durations[k] = seconds(end - begin);
     times.worst = std::max(times.worst, durations[k]);
@@ -144,7 +146,7 @@ void pace(const TcaPlan& plan, engine::Run& run, double* outputs, double* durati
 }  // namespace
 
 int tca_realtime(const TcaPlan* plan, const double* parameters, double* outputs, double* durations, double* busy,
-                 double* fixed, TcaTimes* times, char* failure, size_t length) {
+                 double* fixed, TcaTimes* times, char* failure, size_t length, TcaWatch* watch) {
   std::string text;
   const double period = times->period;
   *times = {};
@@ -153,7 +155,7 @@ int tca_realtime(const TcaPlan* plan, const double* parameters, double* outputs,
     engine::Run run(*plan);
     if (run.begin(parameters, nullptr, outputs)) {
       std::fill_n(outputs + run.width(), plan->steps * run.width(), 0.0);  // touched, so that no step does it first
-      std::thread paced([&] { pace(*plan, run, outputs, durations, busy, fixed, *times, text); });
+      std::thread paced([&] { pace(*plan, run, outputs, durations, busy, fixed, *times, *watch, text); });
       paced.join();
     } else {
       text = run.failure();
@@ -168,5 +170,6 @@ int tca_realtime(const TcaPlan* plan, const double* parameters, double* outputs,
 }
 
 size_t tca_plan_layout(void) {
-  return sizeof(TcaLink) + sizeof(TcaValues) + sizeof(TcaMember) + sizeof(TcaPlan) + sizeof(TcaTimes);
+  return sizeof(TcaLink) + sizeof(TcaValues) + sizeof(TcaMember) + sizeof(TcaPlan) + sizeof(TcaTimes) +
+         sizeof(TcaWatch);
 }

@@ -5,13 +5,17 @@ from __future__ import annotations
 import os
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from ..errors import SceneError
-from .console import out, reported, say, written
+from ..errors import Interrupted, SceneError
+from .console import out, reported, say, watched, written
 from .options import Folder, Overrides, SceneName
+
+if TYPE_CHECKING:
+    from ..engine.realtime import RealtimeResult
+    from ..scene import Scene
 
 __all__ = ["command", "count_allocations"]
 
@@ -29,14 +33,10 @@ def command(
     """Runs a scene without loops in step with the clock and shows how long its steps take; writes NAME.realtime.csv.
 
     Memory is locked and the thread gets a real-time priority where the system allows both; allocations in steps are
-    counted. Exit code 1: a step missed its deadline.
+    counted. Exit code 1: a step missed its deadline. Ctrl-C ends the run; what was measured is shown and written.
     """
     with reported():
-        import numpy as np
-        from rich.table import Table
-
         from ..engine.realtime import run_realtime
-        from ..files import atomic_write
         from ..scene import read
         from ..scene.layer import Layer
         from ..scene.validation import TIME, number
@@ -47,41 +47,56 @@ def command(
             raise SceneError(f"--period {period}: before the last step; give a time above 0, or 0 for no pacing")
         steps = [f"coupling.macro_step={seconds!r}"] if seconds > 0.0 else []
         described = read(scene, [*override, *steps])
-        result = run_realtime(described, seconds)
-        fixed = result.fixed[np.isfinite(result.fixed)]
-        columns = {"take at most": result.durations}
-        if np.isfinite(result.busy).all():
-            columns["processor time at most"] = result.busy
-        if fixed.size:
-            columns["fixed work takes at most"] = fixed
-        table = Table("of the steps", *columns)
-        for share in (*SHARES, 100.0):
-            longest = [float(np.percentile(column, share, method="higher")) for column in columns.values()]
-            table.add_row("all" if share == 100.0 else f"{share:g} %", *(f"{1e6 * one:.1f} us" for one in longest))
-        out.print(table)
-        if fixed.size:
-            least = float(fixed.min())
-            say(
-                f"fixed work of {1e6 * least:.0f} us behind every step: what exceeds that is the host's doing, "
-                f"{1e6 * (float(fixed.max()) - least):.0f} us at worst"
-            )
-        allocations = "not counted" if result.allocations is None else str(result.allocations)
-        say(
-            f"{described.title}: {result.durations.size} steps, {result.misses} missed their deadline, "
-            f"{result.own_misses} of them by their own processor time, "
-            f"latest start {1e6 * result.worst_lateness:.1f} us after its time",
-            f"allocations in steps: {allocations}; memory locked: {'yes' if result.locked else 'no'}; "
-            f"real-time priority: {'yes' if result.scheduled else 'no'}; "
-            f"core: {'any' if result.core is None else result.core}",
-        )
-        path = folder / f"{described.name}.realtime.csv"
-        with atomic_write(path) as draft:
-            triples = zip(result.times[:-1].tolist(), result.durations.tolist(), result.busy.tolist(), strict=True)
-            lines = [f"{time!r},{spent!r},{busy!r}" for time, spent, busy in triples]
-            draft.write_text("\n".join(["time [s],duration [s],processor time [s]", *lines, ""]), encoding="utf-8")
-        written(path)
+        try:
+            result = watched(described, lambda progress: run_realtime(described, seconds, progress=progress))
+        except Interrupted as error:
+            if error.partial.durations.size:
+                _show(described, error.partial, folder)
+            raise
+        _show(described, result, folder)
     if result.misses:
         raise SystemExit(1)
+
+
+def _show(described: Scene, result: RealtimeResult, folder: Path) -> None:
+    """Print the distribution of the times of steps, and write them."""
+    import numpy as np
+    from rich.table import Table
+
+    from ..files import atomic_write
+
+    fixed = result.fixed[np.isfinite(result.fixed)]
+    columns = {"take at most": result.durations}
+    if np.isfinite(result.busy).all():
+        columns["processor time at most"] = result.busy
+    if fixed.size:
+        columns["fixed work takes at most"] = fixed
+    table = Table("of the steps", *columns)
+    for share in (*SHARES, 100.0):
+        longest = [float(np.percentile(column, share, method="higher")) for column in columns.values()]
+        table.add_row("all" if share == 100.0 else f"{share:g} %", *(f"{1e6 * one:.1f} us" for one in longest))
+    out.print(table)
+    if fixed.size:
+        least = float(fixed.min())
+        say(
+            f"fixed work of {1e6 * least:.0f} us behind every step: what exceeds that is the host's doing, "
+            f"{1e6 * (float(fixed.max()) - least):.0f} us at worst"
+        )
+    allocations = "not counted" if result.allocations is None else str(result.allocations)
+    say(
+        f"{described.title}: {result.durations.size} steps, {result.misses} missed their deadline, "
+        f"{result.own_misses} of them by their own processor time, "
+        f"latest start {1e6 * result.worst_lateness:.1f} us after its time",
+        f"allocations in steps: {allocations}; memory locked: {'yes' if result.locked else 'no'}; "
+        f"real-time priority: {'yes' if result.scheduled else 'no'}; "
+        f"core: {'any' if result.core is None else result.core}",
+    )
+    path = folder / f"{described.name}.realtime.csv"
+    with atomic_write(path) as draft:
+        triples = zip(result.times[:-1].tolist(), result.durations.tolist(), result.busy.tolist(), strict=True)
+        lines = [f"{time!r},{spent!r},{busy!r}" for time, spent, busy in triples]
+        draft.write_text("\n".join(["time [s],duration [s],processor time [s]", *lines, ""]), encoding="utf-8")
+    written(path)
 
 
 def count_allocations() -> None:

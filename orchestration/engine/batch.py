@@ -13,10 +13,11 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import SceneError, SubsystemError
+from ..errors import Interrupted, SceneError, SubsystemError
 from ..scene import Scene
 from .binding import library
 from .plan import EnginePlan
+from .watched_call import WatchedCall
 
 __all__ = ["BatchResult", "cores", "count_runs", "run_batch", "run_plan"]
 
@@ -102,6 +103,8 @@ def run_batch(
         The engine cannot run the scene, a name is not known, or shapes do not fit.
     SubsystemError
         No instance of an FMU can be made.
+    Interrupted
+        The user stops it (Ctrl-C). Its `partial` is the result until then, with 'stopped' as the failure of other runs.
     """
     parameters, inputs = dict(parameters or {}), dict(inputs or {})
     plan = EnginePlan.of(scene, list(parameters), list(inputs), outputs)
@@ -119,7 +122,15 @@ def run_batch(
             raise SceneError(f"{scene.name}: inputs have {runs} runs of {steps} macro steps each: {error}") from error
         if courses.shape[2] != len(plan.inputs):
             raise SceneError(f"{scene.name}: inputs have {len(plan.inputs)} columns, {', '.join(plan.inputs)}")
-    rows, failures = run_plan(plan, table, courses, threads)
+    try:
+        rows, failures = run_plan(plan, table, courses, threads)
+    except Interrupted as error:
+        error.partial = _result(plan, *error.partial)
+        raise
+    return _result(plan, rows, failures)
+
+
+def _result(plan: EnginePlan, rows: np.ndarray, failures: tuple[str, ...]) -> BatchResult:
     return BatchResult(plan.times, rows[:, 0], rows[:, 1:], failures, plan.outputs)
 
 
@@ -150,6 +161,8 @@ def run_plan(
         A number is not finite.
     SubsystemError
         No instance of an FMU can be made.
+    Interrupted
+        The user stops it; its `partial` is what would be returned, with 'stopped' as the failure of other runs.
     """
     for what, values in (("parameters", table), ("inputs", courses)):
         if values is not None and not np.isfinite(values).all():
@@ -160,7 +173,8 @@ def run_plan(
     array = ctypes.POINTER(ctypes.c_double)
     table = np.ascontiguousarray(table, dtype=float)
     courses = None if courses is None else np.ascontiguousarray(courses, dtype=float)
-    failed = library().tca_batch(
+    call = WatchedCall(
+        library().tca_batch,
         ctypes.byref(plan.structure),
         runs,
         table.shape[1],
@@ -171,9 +185,14 @@ def run_plan(
         texts,
         MAX_FAILURE,
     )
+    failed = call.wait()
     said = [_text(texts, k) for k in range(runs)]
     if failed < 0:
         raise SubsystemError(said[0] if said else "no instance can be made")
+    if call.is_stopped:
+        stopped = Interrupted(f"stopped by the user after {said.count('')} of {runs} runs")
+        stopped.partial = rows, tuple(said)
+        raise stopped
     return rows, tuple(said)
 
 

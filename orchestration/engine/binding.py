@@ -10,7 +10,7 @@ from typing import Any
 from ..errors import CosimError
 from ..fmi.engine_library import has_layout, load_engine
 
-__all__ = ["Link", "Member", "Plan", "Times", "Values", "library"]
+__all__ = ["Link", "Member", "Plan", "Times", "Values", "Watch", "library"]
 
 
 class Link(ctypes.Structure):
@@ -71,6 +71,12 @@ class Times(ctypes.Structure):
     )
 
 
+class Watch(ctypes.Structure):
+    """TcaWatch."""
+
+    _fields_ = (("stop", c_int), ("done", c_size_t))
+
+
 @lru_cache(maxsize=1)
 def library() -> Any:
     """Load the engine and declare the types of its functions.
@@ -81,13 +87,13 @@ def library() -> Any:
         It is missing, or not for this machine or this version of the package.
     """
     loaded = load_engine()
-    if not has_layout(loaded, "tca_plan_layout", (Link, Values, Member, Plan, Times)):
+    if not has_layout(loaded, "tca_plan_layout", (Link, Values, Member, Plan, Times, Watch)):
         raise CosimError(
             f"{loaded._name} belongs to another version of this package; run `make fmus`, or install the package again"
         )
     array = POINTER(c_double)
-    batch = (POINTER(Plan), c_size_t, c_size_t, array, array, array, c_size_t, c_char_p, c_size_t)
-    paced = (POINTER(Plan), array, array, array, array, array, POINTER(Times), c_char_p, c_size_t)
+    batch = (POINTER(Plan), c_size_t, c_size_t, array, array, array, c_size_t, c_char_p, c_size_t, POINTER(Watch))
+    paced = (POINTER(Plan), array, array, array, array, array, POINTER(Times), c_char_p, c_size_t, POINTER(Watch))
     loaded.tca_realtime.argtypes, loaded.tca_realtime.restype = paced, c_int
     loaded.tca_batch.argtypes, loaded.tca_batch.restype = batch, c_int
     return loaded

@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import ctypes
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from ..errors import SubsystemError
+from ..errors import Interrupted, SubsystemError
 from ..fmi.archive import shipped_folders
 from ..scene import Scene
 from .batch import MAX_FAILURE
 from .binding import Times, library
 from .plan import EnginePlan
+from .watched_call import WatchedCall
 
 __all__ = ["RealtimeResult", "counting_library", "run_realtime"]
 
@@ -75,7 +76,12 @@ def counting_library() -> Path | None:
     return next((file for file in files if file.is_file()), None)
 
 
-def run_realtime(scene: Scene, period: float, outputs: Sequence[str] = ("rod.tip.p",)) -> RealtimeResult:
+def run_realtime(
+    scene: Scene,
+    period: float,
+    outputs: Sequence[str] = ("rod.tip.p",),
+    progress: Callable[[float], None] = lambda time: None,
+) -> RealtimeResult:
     """Run a scene, each macro step when it is due.
 
     Parameters
@@ -86,6 +92,8 @@ def run_realtime(scene: Scene, period: float, outputs: Sequence[str] = ("rod.tip
         Time between the beginnings of two macro steps [s]; 0: as fast as it can.
     outputs
         Names of Real inputs and outputs, vectors whole.
+    progress
+        Called with the time reached in the scene [s], a few times per second.
 
     Raises
     ------
@@ -93,6 +101,8 @@ def run_realtime(scene: Scene, period: float, outputs: Sequence[str] = ("rod.tip
         The engine cannot run the scene, or a name is not known.
     SubsystemError
         An FMU refuses a step.
+    Interrupted
+        The user stops it (Ctrl-C). Its `partial` is the result of the steps until then.
     """
     plan = EnginePlan.of(scene, [], [], outputs)
     steps = plan.times.size - 1
@@ -100,25 +110,24 @@ def run_realtime(scene: Scene, period: float, outputs: Sequence[str] = ("rod.tip
     busy, fixed = np.full(steps, np.nan), np.full(steps, np.nan)
     times, text = Times(period=period), ctypes.create_string_buffer(MAX_FAILURE)
     array = ctypes.POINTER(ctypes.c_double)
-    failed = library().tca_realtime(
+    call = WatchedCall(
+        library().tca_realtime,
         ctypes.byref(plan.structure),
         None,
-        rows.ctypes.data_as(array),
-        durations.ctypes.data_as(array),
-        busy.ctypes.data_as(array),
-        fixed.ctypes.data_as(array),
+        *(one.ctypes.data_as(array) for one in (rows, durations, busy, fixed)),
         ctypes.byref(times),
         text,
         MAX_FAILURE,
     )
-    if failed:
+    if call.wait(lambda done: progress(float(plan.times[done]))):
         raise SubsystemError(text.value.decode("utf-8", "replace"))
     counted = "tca_counting" in os.environ.get("LD_PRELOAD", "")
-    return RealtimeResult(
+    done = call.done
+    result = RealtimeResult(
         period,
-        durations,
-        busy,
-        fixed,
+        durations[:done],
+        busy[:done],
+        fixed[:done],
         times.misses,
         times.own_misses,
         times.worst_lateness,
@@ -126,6 +135,11 @@ def run_realtime(scene: Scene, period: float, outputs: Sequence[str] = ("rod.tip
         bool(times.locked),
         bool(times.scheduled),
         times.core if times.core >= 0 else None,
-        plan.times,
-        rows,
+        plan.times[: done + 1],
+        rows[: done + 1],
     )
+    if call.is_stopped:
+        stopped = Interrupted(f"stopped by the user at t = {plan.times[done]:.6g} s of {scene.stop_time:g} s")
+        stopped.partial = result
+        raise stopped
+    return result
