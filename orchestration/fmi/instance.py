@@ -90,7 +90,7 @@ class Instance:
         self._dead = ""  # why, after fmi2Fatal: nothing may be called any more
         self._initialising = False
         self._component: Any = None
-        self._parameters: Mapping[str, Value] | None = None  # those that _settings holds, ready to be set
+        self._parameters: dict[str, Value] = {}  # those that _settings holds, ready to be set
         self._settings: list[tuple[Group, np.ndarray, list[str]]] = []
         self._folder, self._typed = self._load(archive, interface)
         self._loaded = True
@@ -252,8 +252,8 @@ class Instance:
             self._call("fmi2SetDebugLogging", fmi2.fmi2False, len(chatter), (fmi2.fmi2String * len(chatter))(*chatter))
 
     def _set_parameters(self, variables: Mapping[str, Variable], parameters: Mapping[str, Value]) -> None:
-        if parameters is not self._parameters:
-            self._parameters, self._settings = parameters, _settings(variables, parameters)
+        if parameters != self._parameters:
+            self._parameters, self._settings = dict(parameters), _grouped(variables, parameters)
         for group, values, names in self._settings:
             if group.write(self._typed, self._component, values) > fmi2.fmi2Warning:
                 raise SubsystemError(f"{self.name}: setting {', '.join(names)}: {self._log.take()}")
@@ -320,7 +320,7 @@ def _port(member: str, v: Variable) -> Port:
     )
 
 
-def _settings(
+def _grouped(
     variables: Mapping[str, Variable], parameters: Mapping[str, Value]
 ) -> list[tuple[Group, np.ndarray, list[str]]]:
     """Return the parameters of each type as a group with its values and names."""
