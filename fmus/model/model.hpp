@@ -72,12 +72,13 @@ class Model {
   /// `reached`; on an error the runtime restores memory().
   virtual StepResult step(double t, double h) = 0;
 
-  /// Writes all outputs, and their first time derivatives where the table has them, for memory() and the inputs'
-  /// values at time t [s]. An output that a built model never writes stays core::kUnwritten, which no host can read.
+  /// Writes the outputs that the table does not declare on demand, and their first time derivatives where it has them,
+  /// for memory() and the inputs' values at time t [s]. An output that a built model never writes stays
+  /// core::kUnwritten, which no host can read.
   virtual Status evaluate(double t) = 0;
 
-  /// Writes the outputs that the table declares on demand, after evaluate() for the same memory and inputs.
-  virtual Status evaluate_on_demand(double /*t*/) { return {}; }
+  /// Writes the outputs of these parts (Variable::part), after evaluate() for the same memory and inputs.
+  virtual Status evaluate_on_demand(double /*t*/, unsigned /*parts*/) { return {}; }
 
   // Continuous states, for model exchange and directional derivatives: those that the table declares, in its order,
   // whatever the parameters. They are a view of memory(); what the present parameters do not need stays 0.
@@ -124,6 +125,9 @@ class Model {
   std::uint32_t warnings_given = 0;  // one bit per warning; part of the saved state, 0 after a reset
   bool is_silent = false;            // while outputs are evaluated at points that are not on the trajectory
   bool has_held_back = false;        // a warning was held back while silent
+  /// memory() and inputs are those of the last evaluation, or of the end of the last step: what was calculated then
+  /// may be used again.
+  bool is_same_point = false;
 };
 
 }  // namespace fmu

@@ -41,7 +41,7 @@ struct Variable {
   // Parameters that set several members: byte offsets of the others, and the share of the value that each member gets.
   std::vector<std::ptrdiff_t> also;
   double share = 1.0;
-  bool is_on_demand = false;  // outputs: calculated by Model::evaluate_on_demand, where a host asks for it
+  unsigned part = 0;  // outputs: bits of Model::evaluate_on_demand that write it where a host asks; 0: evaluate()
   bool is_difference =
       false;  // FMI relativeQuantity: a difference, to which the offset of a display unit does not apply
 
@@ -53,7 +53,7 @@ struct Variable {
   Variable& choices(std::vector<std::string> names) { return items = std::move(names), *this; }
   Variable& depends(std::vector<std::string> names) { return depends_on = std::move(names), *this; }
   Variable& starts_from(std::vector<std::string> names) { return start_depends_on = std::move(names), *this; }
-  Variable& on_demand() { return is_on_demand = true, *this; }
+  Variable& on_demand(unsigned bits = 1) { return part = bits, *this; }
   Variable& difference() { return is_difference = true, *this; }
 };
 

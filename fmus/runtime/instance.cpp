@@ -127,7 +127,10 @@ Status Instance::check_states() const {
                        "keep the level of detail that it was written for, or write it anew with the parameters wanted");
 }
 
-void Instance::invalidate() { progress_.is_evaluated = has_states_ = has_rates_ = has_demanded_ = false; }
+void Instance::invalidate() {
+  progress_.is_evaluated = has_states_ = has_rates_ = model_->is_same_point = false;
+  progress_.parts = 0;
+}
 
 /// Brings what is calculated up to date.
 void Instance::refresh(Causality causality) {
@@ -140,7 +143,7 @@ void Instance::refresh(Causality causality) {
     Status status = model_->evaluate(progress_.time);
     model_->is_silent = was_silent;
     require_now(std::move(status));
-    progress_.is_evaluated = true;
+    progress_.is_evaluated = model_->is_same_point = true;
   }
   if (causality == Causality::state && !has_states_) {
     std::ranges::fill(states_, 0.0);
@@ -151,10 +154,12 @@ void Instance::refresh(Causality causality) {
 }
 
 /// Brings the outputs up to date that are calculated only where a host asks for them.
-void Instance::refresh_on_demand() {
-  if (has_demanded_) return;
-  require_now(model_->evaluate_on_demand(progress_.time));
-  has_demanded_ = true;
+void Instance::refresh_on_demand(unsigned parts) {
+  const unsigned missing = parts & ~progress_.parts;
+  if (!missing) return;
+  require_now(model_->evaluate_on_demand(progress_.time, missing));
+  progress_.parts |= missing;
+  model_->is_same_point = true;
 }
 
 void Instance::require_now(Status status) {
@@ -188,6 +193,7 @@ void Instance::save(Snapshot& snapshot) {
 }
 
 void Instance::restore(const Snapshot& snapshot) {
+  model_->is_same_point = false;
   if (snapshot.progress.interface != progress_.interface)
     throw Error("the state was saved by an instance for " +
                 std::string(kInterfaceNames[static_cast<std::size_t>(snapshot.progress.interface)]) +
@@ -221,7 +227,7 @@ void Instance::restore(const Snapshot& snapshot) {
   input_rates_ = snapshot.input_rates;
   input_rates_.resize(blueprint_.inputs.size(), 0.0);
   has_new_derivatives_.assign(has_new_derivatives_.size(), false);
-  has_states_ = has_rates_ = has_demanded_ = false;
+  has_states_ = has_rates_ = false;
 }
 
 Snapshot* Instance::add(std::unique_ptr<Snapshot> snapshot) { return saved_.emplace_back(std::move(snapshot)).get(); }

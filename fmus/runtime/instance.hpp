@@ -120,7 +120,7 @@ class Instance {
   void build_and_initialise();
   void invalidate();
   void refresh(Causality causality);
-  void refresh_on_demand();
+  void refresh_on_demand(unsigned parts);
   void move(const Variable& known, double change);
   bool is_known(const Variable& variable) const;
   void aim(std::span<const Reference> knowns, const double* known);
@@ -135,6 +135,7 @@ class Instance {
   Status check_states() const;
   void use_tolerance(double asked);
   void check_step(double t, double h) const;
+  bool are_inputs_constant() const;
   Status check_inputs(double h) const;
   bool discard_step(double t, double h, const Status& status);
   void set_input(Reference reference, double value);
@@ -162,7 +163,7 @@ class Instance {
   // Views of memory(), all states of the model, brought up to date on demand.
   std::vector<double> states_, rates_;
   std::string missing_state_;  // a state that moves as built, though the configuration has left it out; empty: none
-  bool has_states_ = false, has_rates_ = false, has_demanded_ = false;
+  bool has_states_ = false, has_rates_ = false;
   InputWatch input_watch_;          // of a host that integrates; not part of the state
   std::vector<double> inputs_;      // scratch of present_inputs()
   std::vector<double> parameters_;  // scratch of build_and_initialise(), restore() and set()

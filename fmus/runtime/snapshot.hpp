@@ -18,6 +18,7 @@ struct Progress {
   Mode mode = Mode::instantiated;
   bool is_initialised = false;  // memory() is the start for the present parameters and inputs, or what became of it
   bool is_evaluated = false;    // the outputs belong to memory() and the inputs
+  unsigned parts = 0;           // so do those of these parts (Variable::part)
   double time = 0.0;
   double start = 0.0;  // of the experiment
   double stop = std::numeric_limits<double>::infinity();

@@ -39,6 +39,13 @@ void Instance::check_step(double t, double h) const {
                 " s of fmi2SetupExperiment; step no further or set up without a stop time");
 }
 
+bool Instance::are_inputs_constant() const {
+  const std::byte* const data = model_->data().data();
+  return std::ranges::all_of(blueprint_.inputs, [&](std::size_t index) {
+    return core::is_constant(load<Polynomial>(data, blueprint_.rows[index].offset));
+  });
+}
+
 /// Fails where the polynomial of an input leaves the input's range during the step.
 Status Instance::check_inputs(double h) const {
   const std::byte* const data = model_->data().data();
@@ -67,7 +74,9 @@ bool Instance::discard_step(double t, double h, const Status& status) {
 
 bool Instance::step(double t, double h) {
   check_step(t, h);
-  if (const Status status = check_inputs(h); !status.is_ok()) return discard_step(t, h, status);
+  const bool are_constant = are_inputs_constant();
+  if (!are_constant)
+    if (const Status status = check_inputs(h); !status.is_ok()) return discard_step(t, h, status);
   const auto memory = model_->memory();
   memory_before_.assign(memory.begin(), memory.end());
   const auto put_back = [&] { std::ranges::copy(memory_before_, model_->memory().begin()); };
@@ -90,8 +99,12 @@ bool Instance::step(double t, double h) {
   progress_.last_step = h;
   ++progress_.steps;
   invalidate();
-  advance_inputs(progress_.time - t, is_complete);
+  if (are_constant)
+    std::ranges::fill(input_rates_, 0.0);
+  else
+    advance_inputs(progress_.time - t, is_complete);
   if (!is_complete) return discard_step(t, h, result.status);
+  model_->is_same_point = true;
   progress_.mode = Mode::step_complete;
   return true;
 }

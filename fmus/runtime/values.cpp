@@ -72,15 +72,15 @@ void Instance::mark_changed() {
 template <Access access>
 void Instance::get(std::span<const Reference> references, ValueOf<access>* values) {
   std::array<bool, static_cast<std::size_t>(Causality::derivative) + 1> is_read{};
-  bool is_demanded = false;
+  unsigned parts = 0;
   for (const Reference reference : references) {  // all are checked before anything is calculated
     const Variable& variable = row(reference, access);
     is_read[static_cast<std::size_t>(variable.causality)] = true;
-    is_demanded = is_demanded || variable.is_on_demand;
+    parts |= variable.part;
   }
   for (const Causality causality : {Causality::output, Causality::state, Causality::derivative})
     if (is_read[static_cast<std::size_t>(causality)]) refresh(causality);
-  if (is_demanded) refresh_on_demand();
+  refresh_on_demand(parts);
   const std::byte* data = this->data();
   for (const Reference reference : references) {
     const Variable& variable = blueprint_.rows[reference];
@@ -178,17 +178,23 @@ void Instance::set_input_derivatives(std::span<const Reference> references, cons
 
 void Instance::get_output_derivatives(std::span<const Reference> references, const int* orders, double* values) {
   std::vector<Reference> others;  // outputs whose rate the model does not write
+  unsigned parts = 0;             // that write the rates of the others
   for (std::size_t i = 0; i < references.size(); ++i) {
     const Variable& variable = row(references[i], Access::real);
     if (variable.causality != Causality::output)
       throw Error(variable.name + " is not an output: it has no output derivatives");
     if (orders[i] < 1)
       throw Error(variable.name + ": output derivative of order " + std::to_string(orders[i]) + "; allowed: from 1 on");
-    if (orders[i] == 1 && variable.derivative < 0) others.push_back(references[i]);
+    if (orders[i] > 1) continue;
+    if (variable.derivative < 0)
+      others.push_back(references[i]);
+    else
+      parts |= variable.part;
   }
   std::vector<double> rates(others.size());
   if (!others.empty()) output_rates(others, rates.data());
   refresh(Causality::output);
+  refresh_on_demand(parts);
   auto next = rates.begin();
   for (std::size_t i = 0; i < references.size(); ++i) {
     const Variable& variable = blueprint_.rows[references[i]];

@@ -1,6 +1,7 @@
 // Parameters and displacements that are allowed, and that no rod or TCA has: the host is warned.
 #pragma once
 
+#include <limits>
 #include <string>
 
 #include "physics/data.hpp"
@@ -17,6 +18,7 @@ struct DisplacementRange {
 
   DisplacementRange() = default;
   DisplacementRange(const Parameters& p, std::size_t i);
+  bool is_bounded() const { return shortest != -std::numeric_limits<double>::infinity(); }
   bool contains(double delta) const { return delta >= shortest && delta <= longest; }
 };
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <span>
 
 namespace rod {
 
@@ -22,7 +23,8 @@ struct Memory {
 };
 
 /// Whether inputs stand still during a step that ends at these loads.
-bool are_constant(const Inputs& u, const Loads& at_end) {
+bool stand_still(const Inputs& u, const Loads& at_end) {
+  if (are_constant(u)) return true;
   const Loads at_start = loads_at(u, 0.0), rates = load_rates_at(u, 0.0);
   const Loads none = [] {
     Loads zero;
@@ -34,9 +36,9 @@ bool are_constant(const Inputs& u, const Loads& at_end) {
 }
 
 /// Whether the loads have a potential that the outputs show: weight and a dead force at the tip.
-bool are_conservative(const Loads& loads) {
+bool are_conservative(const Loads& loads, std::size_t stations) {
   const auto is_zero = [](const Vec3& each) { return each.x == 0.0 && each.y == 0.0 && each.z == 0.0; };
-  return is_zero(loads.tip_moment) && std::all_of(loads.load.begin(), loads.load.end(), is_zero);
+  return is_zero(loads.tip_moment) && std::ranges::all_of(std::span(loads.load).first(stations), is_zero);
 }
 
 /// Methods of time integration that lose energy by their nature: only a gain is a fault of theirs.
@@ -65,10 +67,11 @@ double EnergyWatch::drift(std::span<double> memory, const Parameters& p, const I
       at_end.tip_force.x * y.tip_p[0] + at_end.tip_force.y * y.tip_p[1] + at_end.tip_force.z * y.tip_p[2];
   const double potential = y.energy_elastic + y.energy_tca + y.energy_gravity - by_force;
   const double energy = potential + y.energy_kinetic;
+  const bool is_conservative = are_conservative(at_end, u.stations);
   // NOLINTNEXTLINE(bugprone-suspicious-memory-comparison): the same numbers to the last bit
   const bool is_same = std::isfinite(now.reference) && std::memcmp(now.loads, &at_end, sizeof(Loads)) == 0;
-  if (!is_same || !are_constant(u, at_end) || !are_conservative(at_end)) {
-    now.reference = are_conservative(at_end) ? energy : std::numeric_limits<double>::infinity();
+  if (!is_same || !stand_still(u, at_end) || !is_conservative) {
+    now.reference = is_conservative ? energy : std::numeric_limits<double>::infinity();
     now.potential = potential;
     now.exchanged = y.energy_kinetic;
     std::memcpy(now.loads, &at_end, sizeof(Loads));

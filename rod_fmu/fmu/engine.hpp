@@ -31,8 +31,9 @@ class Engine {
   virtual StepOutcome step(std::span<double> memory, const Inputs& u, double h, double tolerance) = 0;
   /// Refuses strains and rates that no motion of this rod reaches.
   virtual core::Status check_motion(std::span<double> /*memory*/) const { return {}; }
-  /// Writes all outputs but `evaluations`.
-  virtual void outputs(std::span<double> memory, const Loads& loads, Outputs& y) = 0;
+  /// Writes energy_dissipated and these parts of the outputs but for `clamp`. is_same: memory and loads are those of
+  /// the last call of this function.
+  virtual void outputs(std::span<double> memory, const Loads& loads, unsigned parts, bool is_same, Outputs& y) = 0;
 
   /// Forgets what an integrator knows beyond the present point of the motion; the parameters have changed.
   virtual void discard_look_ahead(std::span<double> /*memory*/) const {}

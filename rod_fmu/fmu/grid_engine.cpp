@@ -30,9 +30,9 @@ class GridEngine final : public Engine {
     return rod_.step(u, h, now, scratch_);
   }
 
-  void outputs(std::span<double> memory, const Loads& loads, Outputs& y) override {
+  void outputs(std::span<double> memory, const Loads& loads, unsigned parts, bool, Outputs& y) override {
     GridState now = state(memory);
-    rod_.outputs(loads, now, y);
+    rod_.outputs(loads, now, y, parts);
   }
 
   double least_resolved_step() const override { return rod_.crossing_time(); }

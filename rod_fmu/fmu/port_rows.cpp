@@ -30,40 +30,52 @@ void add_outputs(Table& table, const Outputs& y, std::size_t tcas) {
   for (std::size_t i = 0; i < tcas; ++i)
     table.output(fmu::indexed("delta", i), y.delta[i], y.delta_rate[i], "m", "displacement of the TCA")
         .nominal(1e-3)
-        .depends({"strain"});
+        .depends({"strain"})
+        .on_demand(part::tcas);
   for (std::size_t i = 0; i < tcas; ++i)
     table.output(fmu::indexed("N", i), y.N[i], "N", "tension of the TCA")
         .nominal(0.1)
-        .depends({fmu::indexed("T", i), fmu::indexed("delta_guess", i), "strain"});
+        .depends({fmu::indexed("T", i), fmu::indexed("delta_guess", i), "strain"})
+        .on_demand(part::tcas);
   for (std::size_t c = 0; c < 3; ++c)
     table.output(fmu::indexed("tip.p", c), y.tip_p[c], "m", std::string("tip position, ") + kAxes[c])
         .nominal(0.01)
-        .depends({"strain"});
+        .depends({"strain"})
+        .on_demand(part::tip_position);
   constexpr const char* angle[3] = {"alpha", "beta", "gamma"};
   for (std::size_t c = 0; c < 3; ++c)
     table
         .output(fmu::indexed("tip.euler", c), y.tip_euler[c], "rad",
                 std::string(angle[c]) + " of the tip's rotation Rx(alpha) Ry(beta) Rz(gamma)")
-        .depends({"strain"});
+        .depends({"strain"})
+        .on_demand(part::tip_orientation);
   for (std::size_t c = 0; c < 4; ++c)
     table.output(fmu::indexed("tip.quaternion", c), y.tip_quaternion[c], "1", "tip orientation, scalar part first")
-        .depends({"strain"});
+        .depends({"strain"})
+        .on_demand(part::tip_orientation);
   for (std::size_t c = 0; c < 3; ++c)
     table.output(fmu::indexed("tip.v", c), y.tip_v[c], "m/s", std::string("tip velocity, ") + kAxes[c])
         .nominal(0.1)
-        .depends({"strain", "strain_rate"});
-  table.output("energy.elastic", y.energy_elastic, "J", "strain energy of the body").nominal(1e-4).depends({"strain"});
+        .depends({"strain", "strain_rate"})
+        .on_demand(part::tip_velocity);
+  table.output("energy.elastic", y.energy_elastic, "J", "strain energy of the body")
+      .nominal(1e-4)
+      .depends({"strain"})
+      .on_demand(part::energy);
   table
       .output("energy.tca", y.energy_tca, "J",
               "energy of the TCAs, the potential of N in delta; in delta_guess when closure = exchanged")
       .nominal(1e-4)
-      .depends({"T", "delta_guess", "strain"});
+      .depends({"T", "delta_guess", "strain"})
+      .on_demand(part::energy);
   table.output("energy.kinetic", y.energy_kinetic, "J", "kinetic energy")
       .nominal(1e-4)
-      .depends({"strain", "strain_rate"});
+      .depends({"strain", "strain_rate"})
+      .on_demand(part::energy);
   table.output("energy.gravity", y.energy_gravity, "J", "gravitational potential, 0 for all mass at the clamp")
       .nominal(1e-4)
-      .depends({"gravity", "strain"});
+      .depends({"gravity", "strain"})
+      .on_demand(part::energy);
   table.output("energy.dissipated", y.energy_dissipated, "J", "energy dissipated by the damping since the start")
       .nominal(1e-4)
       .depends({"dissipation"});
@@ -87,12 +99,15 @@ void add_outputs(Table& table, const Outputs& y, std::size_t tcas) {
           .output("shape.p[" + std::to_string(k + 1) + "," + std::to_string(c + 1) + "]", y.shape[k][c], "m",
                   std::string("centreline at evenly spaced points from the clamp, ") + kAxes[c])
           .nominal(0.01)
-          .depends({"strain"});
+          .depends({"strain"})
+          .on_demand(part::shape);
 }
 
 void add_creep(Table& table, const Outputs& y, std::size_t tcas) {
   for (std::size_t i = 0; i < tcas; ++i)
-    table.output(fmu::indexed("creep", i), y.creep[i], "m", "creep of the TCA since the start").nominal(1e-3);
+    table.output(fmu::indexed("creep", i), y.creep[i], "m", "creep of the TCA since the start")
+        .nominal(1e-3)
+        .on_demand(part::tcas);
 }
 
 void add_ports(Table& table, const Inputs& u, const Outputs& y) {
@@ -111,20 +126,21 @@ void add_ports(Table& table, const Inputs& u, const Outputs& y) {
           .output(element("shape.v", m, c), y.shape_v[m][c], "m/s",
                   std::string("velocity of the points of shape.p, ") + kAxes[c])
           .nominal(0.1)
-          .depends({"strain", "strain_rate"});
+          .depends({"strain", "strain_rate"})
+          .on_demand(part::shape);
   for (std::size_t c = 0; c < 3; ++c)
     table
         .output(fmu::indexed("base.force", c), y.base_force[c], "N",
                 std::string("force of the clamp on the rod along ") + kAxes[c])
         .nominal(0.01)
-        .on_demand()
+        .on_demand(part::clamp)
         .depends(acting);
   for (std::size_t c = 0; c < 3; ++c)
     table
         .output(fmu::indexed("base.moment", c), y.base_moment[c], "N.m",
                 std::string("moment of the clamp on the rod about ") + kAxes[c])
         .nominal(1e-4)
-        .on_demand()
+        .on_demand(part::clamp)
         .depends(acting);
 }
 

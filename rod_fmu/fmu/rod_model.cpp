@@ -3,10 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <string>
 #include <utility>
 
-#include "core/unwritten.hpp"
 #include "fmu/checks.hpp"
 #include "fmu/doubts.hpp"
 #include "fmu/energy_watch.hpp"
@@ -27,22 +27,6 @@ constexpr double kOutOfPlaneWarning = 1e-6;  // of Outputs::out_of_plane [1]: be
 // estimate is coarser, and whose waves after a sudden load no order resolves.
 constexpr double kSpatialWarning = 1e-2, kSpatialWarningMoving = 5e-2;
 
-/// Whether all that was written is finite; the runtime names an output that was not written.
-bool is_finite(const Outputs& y) {
-  static_assert(sizeof(Outputs) % sizeof(double) == 0);
-  const auto* values = reinterpret_cast<const double*>(&y);
-  const auto* end = values + sizeof(Outputs) / sizeof(double);
-  // A sum of products with 0, by four so that they do not wait for each other, is 0 where all are finite.
-  double sum[4] = {};
-  static_assert(sizeof(Outputs) / sizeof(double) >= 4);
-  const auto* each = values;
-  for (; each + 4 <= end; each += 4)
-    for (int k = 0; k < 4; ++k) sum[k] += 0.0 * each[k];
-  for (; each != end; ++each) sum[0] += 0.0 * *each;
-  return (sum[0] + sum[1]) + (sum[2] + sum[3]) == 0.0 ||
-         std::all_of(values, end, [](double each) { return std::isfinite(each) || core::is_unwritten(each); });
-}
-
 std::unique_ptr<Engine> make_engine(const Parameters& p) {
   return p.dynamic && p.method == Method::pade_euler ? make_grid_engine(p) : make_strain_engine(p);
 }
@@ -55,13 +39,17 @@ fmu::Status RodModel::build() {
   engine_ = make_engine(p);
   memory_.assign(engine_->memory_size() + (EnergyWatch::applies_to(p) ? EnergyWatch::memory_size() : 0) + 1, 0.0);
   engine_->set_unloaded(engine_memory());
-  latest_.memory.clear();
+  forget_outputs();
   set_displacement_ranges();
   return {};
 }
 
 void RodModel::set_displacement_ranges() {
-  for (std::size_t i = 0; i < data_.parameters.tcas; ++i) displacement_ranges_[i] = {data_.parameters, i};
+  has_displacement_range_ = false;
+  for (std::size_t i = 0; i < data_.parameters.tcas; ++i) {
+    displacement_ranges_[i] = {data_.parameters, i};
+    has_displacement_range_ = has_displacement_range_ || displacement_ranges_[i].is_bounded();
+  }
 }
 
 std::span<double> RodModel::watch_memory() {
@@ -83,9 +71,10 @@ fmu::Status RodModel::retune(double t) {
   if (fmu::Status status = check(p); !status.is_ok()) return status;
   std::unique_ptr<Engine> before = std::exchange(engine_, make_engine(p));
   const PerTca<DisplacementRange> ranges_before = displacement_ranges_;
+  const bool had_range = has_displacement_range_;
   set_displacement_ranges();
   engine_->discard_look_ahead(engine_memory());
-  latest_.memory.clear();
+  forget_outputs();
   if (!watch_memory().empty()) EnergyWatch::restart(watch_memory());
   if (p.dynamic) return {};
   fmu::Status status =
@@ -96,6 +85,7 @@ fmu::Status RodModel::retune(double t) {
   }
   engine_ = std::move(before);
   displacement_ranges_ = ranges_before;
+  has_displacement_range_ = had_range;
   return refuse("t = ", t, " s, after a change of parameters: ", status.failure().what, "; change them less");
 }
 
@@ -117,6 +107,7 @@ fmu::Status RodModel::initialise(double t) {
 }
 
 fmu::StepResult RodModel::step(double t, double h) {
+  forget_outputs();
   if (fmu::Status status = check_temperatures(data_.parameters, temperatures_at(data_.inputs, h)); !status.is_ok())
     return {t, std::move(status)};
   StepOutcome outcome =
@@ -174,13 +165,16 @@ fmu::Status RodModel::evaluate(double t) {
   // Where the host integrates, states may be anything.
   if (is_silent)
     if (fmu::Status status = engine_->check_motion(engine_memory()); !status.is_ok()) return status;
-  Outputs& y = data_.outputs;
-  if (latest_.are_of(engine_memory(), loads))
-    y = latest_.outputs;
-  else
-    engine_->outputs(engine_memory(), loads, y);
-  y.evaluations = memory_.back();
-  if (!is_finite(y))
+  const Outputs& y = data_.outputs;
+  const bool is_inside = data_.parameters.closure == Closure::inside;
+  const bool needs_delta = has_displacement_range_ && is_inside;
+  // NOLINTNEXTLINE(bugprone-suspicious-memory-comparison): the same numbers to the last bit
+  if (!is_same_point || std::memcmp(&loads, &loads_, sizeof loads) != 0) start_point(loads);
+  write(part::out_of_plane | part::spatial_error | (needs_delta ? part::tcas : 0));
+  data_.outputs.evaluations = memory_.back();
+  const auto is_finite = [](double each) { return std::isfinite(each); };
+  if (!is_finite(y.out_of_plane) || !is_finite(y.spatial_error) ||
+      (needs_delta && !std::all_of(y.delta.begin(), y.delta.begin() + data_.parameters.tcas, is_finite)))
     return fmu::Status::discard("the outputs are not finite",
                                 "the states or the inputs are beyond what the rod or its TCAs can have");
   const double limit = data_.parameters.dynamic ? kSpatialWarningMoving : kSpatialWarning;
@@ -197,7 +191,7 @@ fmu::Status RodModel::evaluate(double t) {
                      " m in shape and displacements (output spatial_error); raise order, up to ", kMaxOrder,
                      ", or reduce the loads or tca.helix");
     });
-  warn_of_displacements(t, data_.parameters.closure == Closure::inside ? y.delta : loads.delta_guess);
+  if (has_displacement_range_) warn_of_displacements(t, is_inside ? y.delta : loads.delta_guess);
   return {};
 }
 
@@ -210,8 +204,26 @@ void RodModel::warn_of_displacements(double t, const PerTca<double>& delta) {
       });
 }
 
-fmu::Status RodModel::evaluate_on_demand(double) {
-  return engine_->clamp_reaction(engine_memory(), loads_at(data_.inputs, 0.0), data_.outputs);
+fmu::Status RodModel::evaluate_on_demand(double, unsigned parts) {
+  if (!is_same_point) start_point(loads_at(data_.inputs, 0.0));
+  write(parts & ~part::clamp);
+  return parts & part::clamp ? engine_->clamp_reaction(engine_memory(), loads_, data_.outputs) : fmu::Status{};
+}
+
+void RodModel::forget_outputs() {
+  written_ = 0;
+  is_started_ = false;
+}
+
+void RodModel::start_point(const Loads& loads) {
+  forget_outputs();
+  loads_ = loads;
+}
+
+void RodModel::write(unsigned parts) {
+  const unsigned missing = parts & ~written_;
+  if (missing) engine_->outputs(engine_memory(), loads_, missing, std::exchange(is_started_, true), data_.outputs);
+  written_ |= missing;
 }
 
 void RodModel::warn_of_doubt(double t) {
@@ -229,12 +241,9 @@ void RodModel::warn_of_step(double t, double h) {
                      "body.retardation, or choose another method");
     });
   if (watch_memory().empty()) return;
-  latest_.loads = loads_at(data_.inputs, h);
-  latest_.memory.assign(engine_memory().begin(), engine_memory().end());
-  latest_.outputs = data_.outputs;  // with what says that an output is not written
-  engine_->outputs(engine_memory(), latest_.loads, latest_.outputs);
-  const double drift =
-      EnergyWatch::drift(watch_memory(), data_.parameters, data_.inputs, latest_.loads, latest_.outputs);
+  start_point(loads_at(data_.inputs, h));
+  write(part::energy | part::tip_position);
+  const double drift = EnergyWatch::drift(watch_memory(), data_.parameters, data_.inputs, loads_, data_.outputs);
   if (std::abs(drift) > kEnergyDrift)
     warn_once(kEnergyWarning, [&] {
       return message(

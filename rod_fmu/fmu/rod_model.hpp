@@ -1,8 +1,6 @@
 // Adapter of the rod to the FMI runtime.
 #pragma once
 
-#include <algorithm>
-#include <cstring>
 #include <memory>
 #include <span>
 #include <vector>
@@ -11,6 +9,7 @@
 #include "fmu/engine.hpp"
 #include "model/model.hpp"
 #include "physics/data.hpp"
+#include "physics/loads.hpp"
 
 namespace rod {
 
@@ -25,7 +24,7 @@ class RodModel final : public fmu::Model {
   fmu::Status initialise(double t) override;
   fmu::StepResult step(double t, double h) override;
   fmu::Status evaluate(double t) override;
-  fmu::Status evaluate_on_demand(double t) override;
+  fmu::Status evaluate_on_demand(double t, unsigned parts) override;
   fmu::Status check_memory(std::span<const double> memory) const override;
   fmu::Status check_states() const override;
   void get_states(std::span<double> x) override;
@@ -40,6 +39,12 @@ class RodModel final : public fmu::Model {
   /// Memory of the energy watch; empty where the rod has damping.
   std::span<double> watch_memory();
   void set_displacement_ranges();
+  /// The memory is another.
+  void forget_outputs();
+  /// The memory or the loads are others.
+  void start_point(const Loads& loads);
+  /// Writes these parts of the outputs where they are missing.
+  void write(unsigned parts);
   /// Warns of TCAs that are shorter or longer than their coils can be.
   void warn_of_displacements(double t, const PerTca<double>& delta);
   /// Warns of what is doubtful about an equilibrium.
@@ -49,23 +54,14 @@ class RodModel final : public fmu::Model {
   template <class Call>
   auto counted(Call call);
 
-  /// Outputs of one state under one set of loads.
-  struct Evaluation {
-    std::vector<double> memory;  // of the engine; empty: nothing is known
-    Loads loads;
-    Outputs outputs;
-    bool are_of(std::span<const double> other_memory, const Loads& other_loads) const {
-      return memory.size() == other_memory.size() && std::equal(memory.begin(), memory.end(), other_memory.begin()) &&
-             // NOLINTNEXTLINE(bugprone-suspicious-memory-comparison): the same numbers to the last bit
-             std::memcmp(&loads, &other_loads, sizeof(Loads)) == 0;
-    }
-  };
-
   Data data_;
-  Evaluation latest_;           // that the energy watch has asked for; most hosts read the same outputs next
+  Loads loads_;                 // of the outputs below
+  unsigned written_ = 0;        // parts of data_.outputs that were written for one memory and loads_
+  bool is_started_ = false;     // some of them
   std::vector<double> memory_;  // memory of the engine, of the energy watch, then the count of evaluations
   std::unique_ptr<Engine> engine_;
   PerTca<DisplacementRange> displacement_ranges_;
+  bool has_displacement_range_ = false;
 };
 
 }  // namespace rod

@@ -31,12 +31,14 @@ class StrainEngine final : public Engine {
   void set_unloaded(std::span<double> memory) override { std::fill(memory.begin(), memory.end(), 0.0); }
 
   core::Status solve_equilibrium(std::span<double> memory, const Loads& loads) override {
+    ready_ = 0;
     State now = state(memory);
     restore_creep(memory);
     return rod::solve_equilibrium(rod_, loads, now, scratch_);
   }
 
   StepOutcome step(std::span<double> memory, const Inputs& u, double h, double tolerance) override {
+    ready_ = 0;
     State now = state(memory);
     if (creep_) return creep_->step(*owner_, u, h, tolerance, now, creep_of(memory), scratch_);
     if (!dynamic_) return step_static(rod_, u, h, now, scratch_);
@@ -62,17 +64,22 @@ class StrainEngine final : public Engine {
     return status.is_ok() ? rod_.check_rates(now.v.data()) : std::move(status);
   }
 
-  void outputs(std::span<double> memory, const Loads& loads, Outputs& y) override {
+  void outputs(std::span<double> memory, const Loads& loads, unsigned parts, bool is_same, Outputs& y) override {
     const State now = state(memory);
     restore_creep(memory);
-    rod_.kinematics(now.q.data(), now.v.data(), loads, scratch_.newton.work);
-    rod_.outputs(now.q.data(), now.v.data(), loads, scratch_.newton.work, y);
+    Workspace& work = scratch_.newton.work;
+    const unsigned had = is_same ? ready_ : 0;
+    const unsigned missing = rod_.stages_of(dynamic_ ? parts & ~part::spatial_error : parts) & ~had;
+    rod_.kinematics(now.q.data(), now.v.data(), loads, work, missing);
+    ready_ = had | missing;
+    rod_.outputs(now.q.data(), now.v.data(), loads, work, y, parts);
     y.energy_dissipated = now.dissipated;
-    y.spatial_error =
-        dynamic_ ? rod_.spatial_error(now.q.data()) : rod_.spatial_error(now.q.data(), loads, scratch_.newton.work);
+    if (parts & part::spatial_error)
+      y.spatial_error = dynamic_ ? rod_.spatial_error(now.q.data()) : rod_.spatial_error(now.q.data(), loads, work);
   }
 
   core::Status clamp_reaction(std::span<double> memory, const Loads& loads, Outputs& y) override {
+    ready_ = 0;
     copy_.assign(memory.begin(), memory.end());
     State now = state(copy_);
     restore_creep(copy_);
@@ -101,6 +108,7 @@ class StrainEngine final : public Engine {
 
   bool equilibrium_rate(std::span<double> memory, const Loads& loads, const Loads& change,
                         std::span<double> rate) override {
+    ready_ = 0;
     const State now = state(memory);
     restore_creep(memory);
     const Vector zero = Vector::Zero(rod_.unknowns());
@@ -132,6 +140,7 @@ class StrainEngine final : public Engine {
   }
 
   core::Status rates(std::span<const double> memory, const Loads& loads, std::span<double> dx) override {
+    ready_ = 0;
     copy_.assign(memory.begin(), memory.end());
     State now = state(copy_);
     core::Status status = check_motion(copy_);
@@ -142,6 +151,7 @@ class StrainEngine final : public Engine {
 
   bool rates_along(std::span<const double> memory, const Loads& loads, const Loads& change, std::span<const double> dx,
                    std::span<double> ddx) override {
+    ready_ = 0;
     copy_.assign(memory.begin(), memory.end());
     State now = state(copy_);
     if (!solve_acceleration(rod_, loads, now, scratch_).is_ok()) return false;
@@ -185,6 +195,7 @@ class StrainEngine final : public Engine {
   bool dynamic_;
   Method method_;
   Scratch scratch_;
+  unsigned ready_ = 0;        // stages of the last call of outputs() that are still in scratch_.newton.work
   std::vector<double> copy_;  // scratch of rates()
   std::optional<Bdf> bdf_;
   std::optional<CreepIntegrator> creep_;

@@ -34,7 +34,7 @@ core::Status CreepIntegrator::attempt(Rod& rod, const Inputs& u, double start, d
     }
     const Loads loads = loads_at(u, start + kTimes[k] * length);
     if (core::Status status = solve_equilibrium(rod, loads, state, scratch); !status.is_ok()) return status;
-    rod.kinematics(state.q.data(), state.v.data(), loads, scratch.work);
+    rod.kinematics(state.q.data(), state.v.data(), loads, scratch.work, stage::tcas);
     for (std::size_t i = 0; i < rod.tcas(); ++i) {
       if (!rod.law(i).creeps()) continue;
       const TcaLaw::Creep creep = rod.law(i).creep(scratch.work.delta[i], loads.T[i]);

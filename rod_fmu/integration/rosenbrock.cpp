@@ -7,6 +7,7 @@
 
 #include "integration/dense_output.hpp"
 #include "integration/rosenbrock_tableaus.hpp"
+#include "numerics/arrays.hpp"
 
 namespace rod {
 
@@ -46,6 +47,7 @@ class RosenbrockStep {
   /// Makes the step of length h [s] that starts `from` [s] after the communication point, where the loads are `loads`.
   void compute(double from, double h, const Loads& loads) {
     const double g = 1.0 / (Tableau::kGamma * h);
+    const int n = rod_.unknowns();
     rod_.tangent(start_, {1.0, g, g * g}, J_);
     lu_.compute(J_);
     if (are_constant_)
@@ -60,11 +62,13 @@ class RosenbrockStep {
       b1_ = y_.v;
       b2_ = y_.a;
       double b_e = rod_.damping_power(y_.v);
+      std::array<double, kMaxStages> factor;
       for (int j = 0; j < i; ++j) {
-        b1_ += (Tableau::kC[i - 1][j] / h) * U_[j].q;
-        b2_ += (Tableau::kC[i - 1][j] / h) * U_[j].v;
-        b_e += (Tableau::kC[i - 1][j] / h) * U_[j].e;
+        factor[j] = Tableau::kC[i - 1][j] / h;
+        b_e += factor[j] * U_[j].e;
       }
+      add_products(n, i, factor.data(), q_.data(), b1_.data());
+      add_products(n, i, factor.data(), v_.data(), b2_.data());
       if (i < Tableau::kShared)
         r_ = start_r_;
       else
@@ -77,6 +81,7 @@ class RosenbrockStep {
       U_[i].v = g * U_[i].q - b1_;
       U_[i].a = g * U_[i].v - b2_;
       U_[i].e = (b_e + power_slope_.dot(U_[i].v)) / g;
+      q_[i] = U_[i].q.data(), v_[i] = U_[i].v.data(), a_[i] = U_[i].a.data();
     }
     y_.add(1.0, U_[Tableau::kStages - 1]);
   }
@@ -103,7 +108,13 @@ class RosenbrockStep {
       return;
     }
     y_.q = state_.q, y_.v = state_.v, y_.a = state_.a, y_.e = 0.0;
-    for (int j = 0; j < i; ++j) y_.add(Tableau::kA[i - 1][j], U_[j]);
+    if (i == 0) return;
+    const int n = rod_.unknowns();
+    const double* factor = Tableau::kA[i - 1];
+    add_products(n, i, factor, q_.data(), y_.q.data());
+    add_products(n, i, factor, v_.data(), y_.v.data());
+    add_products(n, i, factor, a_.data(), y_.a.data());
+    for (int j = 0; j < i; ++j) y_.e += factor[j] * U_[j].e;
   }
 
   const Rod& rod_;
@@ -115,6 +126,7 @@ class RosenbrockStep {
   Workspace& work_;
 
   std::array<Point, kMaxStages>& U_;
+  std::array<const double*, kMaxStages> q_, v_, a_;  // numbers of U_, where it is known
   Point& y_;
   Vector &r_, &r_t_, &b1_, &b2_, &dr_, &power_slope_;
   Matrix& J_;

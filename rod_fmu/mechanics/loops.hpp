@@ -78,8 +78,12 @@ struct Kinematics {
 /// Where a loop writes the gradient of delta_i in the unknowns [m], one array per TCA.
 using Gradients = std::array<double*, kMaxTcas>;
 
-/// Writes positions, velocities and the gradients b_i = d delta_i/dq = L int Phi^T [r_i x t_i; t_i] ds.
-using KinematicsLoop = void (*)(const RodConstants&, const double* q, const double* v, Kinematics&, const Gradients& b);
+/// Writes orientations and tangents.
+using PositionsLoop = void (*)(const RodConstants&, const double* q, Kinematics&);
+/// Writes the paths of the TCAs and the gradients b_i = d delta_i/dq = L int Phi^T [r_i x t_i; t_i] ds.
+using PathsLoop = void (*)(const RodConstants&, const double* q, Kinematics&, const Gradients& b);
+/// Writes velocities; needs the positions.
+using VelocitiesLoop = void (*)(const RodConstants&, const double* v, Kinematics&);
 
 /// Writes, for a rod at rest, the positions, the gradients b and the load's part of the residual,
 /// r = -int Phi^T [R^T m; R^T n] ds.
@@ -160,7 +164,9 @@ struct SegmentTangentLoops {
 SegmentTangentLoops segment_tangent_loops(const RodConstants& segment);
 
 struct ResidualLoops {
-  KinematicsLoop kinematics = nullptr;
+  PositionsLoop positions = nullptr;
+  PathsLoop paths = nullptr;
+  VelocitiesLoop velocities = nullptr;
   StaticsLoop statics = nullptr;
   DynamicsLoop dynamics = nullptr;
 };

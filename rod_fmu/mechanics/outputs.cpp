@@ -12,19 +12,25 @@ namespace rod {
 
 namespace {
 
-/// Integrals over the nodes that outputs are made of, in units of the length.
-struct Sums {
-  StationField x, y, z;  // of p'/L from the clamp to each station
-  Vec3 tip_rate;         // of the rate of p'/L [1/s]
-  double kinetic = 0.0;  // of twice the kinetic energy per length [J/m]
-  double height = 0.0;   // of gravity . p/L [m/s2]
+constexpr int kTip = static_cast<int>(kShapeStations) - 1;  // the last station
+
+/// Integrals of p'/L from the clamp to each station.
+struct StationSums {
+  StationField x, y, z;
+  Vec3 at(int m) const { return {x[m], y[m], z[m]}; }
+};
+
+struct Energies {
+  double kinetic = 0.0;  // integral of twice the kinetic energy per length [J/m]
+  double height = 0.0;   // integral of gravity . p/L [m/s2]
 };
 
 ROD_INLINE double total(const Pack& a) { return (a[0] + a[1]) + (a[2] + a[3]); }
 
-/// Integrals of f to the stations, each in the order of total() over packs of nodes.
-ROD_INLINE void integrate_to_stations(const Quadrature& grid, const ScalarField& f, StationField& integrals) {
-  for (int s = 0; s < kStationPacks; ++s) {
+/// Integrals of f to the stations from pack `first` on, each in the order of total() over packs of nodes.
+ROD_INLINE void integrate_to_stations(const Quadrature& grid, const ScalarField& f, int first,
+                                      StationField& integrals) {
+  for (int s = first; s < kStationPacks; ++s) {
     Pack sum[kPackSize] = {};
     for (int j = 0; j < grid.nodes; j += kPackSize)
       for (int k = 0; k < kPackSize; ++k) sum[k] += f[j + k] * grid.stations.data()[j + k].pack[s];
@@ -32,23 +38,35 @@ ROD_INLINE void integrate_to_stations(const Quadrature& grid, const ScalarField&
   }
 }
 
-ROD_INLINE void add_up(const RodConstants& rod, const Vec3& gravity, const Kinematics& w, Sums& sums) {
+ROD_INLINE void integrate_tangent(const RodConstants& rod, const Kinematics& w, int first, StationSums& sums) {
   const Quadrature& grid = *rod.grid;
-  const int packs = grid.packs;
-  integrate_to_stations(grid, w.l.x, sums.x);
-  if (!rod.planar) integrate_to_stations(grid, w.l.y, sums.y);
-  integrate_to_stations(grid, w.l.z, sums.z);
-  Pack x{}, y{}, z{}, kinetic{}, height{};
-  for (int p = 0; p < packs; ++p) {
+  integrate_to_stations(grid, w.l.x, first, sums.x);
+  if (!rod.planar) integrate_to_stations(grid, w.l.y, first, sums.y);
+  integrate_to_stations(grid, w.l.z, first, sums.z);
+}
+
+/// Integral of the rate of p'/L over the rod [1/s].
+ROD_INLINE Vec3 tip_rate(const RodConstants& rod, const Kinematics& w) {
+  const Quadrature& grid = *rod.grid;
+  Pack x{}, y{}, z{};
+  for (int p = 0; p < grid.packs; ++p) {
     const Pack weight = grid.w.pack[p];
-    const Triad<Pack> rate = cross(w.omega[p], w.l[p]) + w.l1[p], velocity = rod.length * w.velocity[p],
-                      spin = w.omega_body[p];
+    const Triad<Pack> rate = cross(w.omega[p], w.l[p]) + w.l1[p];
     x += weight * rate.x, y += weight * rate.y, z += weight * rate.z;
+  }
+  return {total(x), total(y), total(z)};
+}
+
+ROD_INLINE Energies energies(const RodConstants& rod, const Vec3& gravity, const Kinematics& w) {
+  const Quadrature& grid = *rod.grid;
+  Pack kinetic{}, height{};
+  for (int p = 0; p < grid.packs; ++p) {
+    const Pack weight = grid.w.pack[p];
+    const Triad<Pack> velocity = rod.length * w.velocity[p], spin = w.omega_body[p];
     kinetic += weight * (rod.mass * dot(velocity, velocity) + dot(spin, scale(rod.inertia, spin)));
     height += weight * ((1.0 - grid.s.pack[p]) * dot(gravity, w.l[p]));  // int_0^L g.p ds by parts
   }
-  sums.tip_rate = {total(x), total(y), total(z)};
-  sums.kinetic = total(kinetic), sums.height = total(height);
+  return {total(kinetic), total(height)};
 }
 
 }  // namespace
@@ -60,28 +78,36 @@ Triple euler_angles(const Rotation<double>& R) {
           std::atan2(-R.row0.y, R.row0.x)};
 }
 
-void UniformRod::outputs(const double* q, const double* v, const Loads& loads, Workspace& w, Outputs& y) const {
-  const Eigen::Map<const Vector> strains(q, unknowns());
-  Sums sums;
-  dispatch_exact<add_up>(constants_, frame_.to_frame(loads.gravity), w, sums);
-
-  for (int m = 0; m < static_cast<int>(kShapeStations); ++m)
-    y.shape.data()[m] = triple(length() * frame_.from_frame({sums.x[m], sums.y[m], sums.z[m]}));
-  y.tip_p = y.shape.back();
-  y.tip_quaternion = w.tip_quaternion;
-  if (constants_.planar) {
-    const double half = 0.5 * (q[0] + constants_.kappa.y);  // polynomials of higher degree do not turn the tip
-    y.tip_quaternion = {std::cos(half), -frame_.sine * std::sin(half), frame_.cosine * std::sin(half), 0.0};
+void UniformRod::outputs(const double* q, const double* v, const Loads& loads, Workspace& w, Outputs& y,
+                         unsigned parts) const {
+  if (parts & (part::tip_position | part::shape)) {
+    const bool is_whole = parts & part::shape;
+    StationSums sums;
+    dispatch_exact<integrate_tangent>(constants_, w, is_whole ? 0 : kTip / kPackSize, sums);
+    const auto position = [&](int m) { return triple(length() * frame_.from_frame(sums.at(m))); };
+    for (int m = 0; is_whole && m <= kTip; ++m) y.shape.data()[m] = position(m);
+    if (parts & part::tip_position) y.tip_p = position(kTip);
   }
-  y.tip_euler =
-      euler_angles(rotation(y.tip_quaternion[0], y.tip_quaternion[1], y.tip_quaternion[2], y.tip_quaternion[3]));
-  y.tip_v = triple(length() * frame_.from_frame(sums.tip_rate));
-
-  y.energy_elastic = 0.5 * stiffness_.dot(strains.cwiseAbs2());
-  y.energy_kinetic = 0.5 * length() * sums.kinetic;
-  y.energy_gravity = -section_.mass * length() * length() * sums.height;
-  tca_outputs(v, loads, w, y);
-  y.out_of_plane = constants_.planar ? out_of_plane(loads, w) : 0.0;
+  if (parts & part::tip_orientation) {
+    y.tip_quaternion = w.tip_quaternion;
+    if (constants_.planar) {
+      const double half = 0.5 * (q[0] + constants_.kappa.y);  // polynomials of higher degree do not turn the tip
+      y.tip_quaternion = {std::cos(half), -frame_.sine * std::sin(half), frame_.cosine * std::sin(half), 0.0};
+    }
+    y.tip_euler =
+        euler_angles(rotation(y.tip_quaternion[0], y.tip_quaternion[1], y.tip_quaternion[2], y.tip_quaternion[3]));
+  }
+  if (parts & part::tip_velocity)
+    y.tip_v = triple(length() * frame_.from_frame(dispatch_exact<tip_rate>(constants_, w)));
+  if (parts & part::energy) {
+    const Energies sums = dispatch_exact<energies>(constants_, frame_.to_frame(loads.gravity), w);
+    y.energy_elastic = 0.5 * stiffness_.dot(Eigen::Map<const Vector>(q, unknowns()).cwiseAbs2());
+    y.energy_kinetic = 0.5 * length() * sums.kinetic;
+    y.energy_gravity = -section_.mass * length() * length() * sums.height;
+    y.energy_tca = has_slack_tcas_ ? 0.0 : tca_energy(loads, w);
+  }
+  if (parts & part::tcas) tca_outputs(v, loads, w, y);
+  if (parts & part::out_of_plane) y.out_of_plane = constants_.planar ? out_of_plane(loads, w) : 0.0;
 }
 
 void UniformRod::clamp_reaction(const Loads& loads, const Workspace& w, Outputs& y) const {
@@ -105,7 +131,7 @@ double UniformRod::out_of_plane(const Loads& loads, const Workspace& w) const {
   const Quadrature& grid = *constants_.grid;
   const BodyLoads turned = loads.seen_from(frame_);
   const double weight = constants_.mass * length() * length() * turned.gravity.y;
-  const bool is_pulled = std::any_of(w.tension.begin(), w.tension.begin() + static_cast<std::ptrdiff_t>(tcas()),
+  const bool is_pulled = std::any_of(w.tension.begin(), w.tension.begin() + static_cast<std::ptrdiff_t>(acting_.tcas),
                                      [](const Tension& each) { return each.value != 0.0; });
   if (!is_pulled && weight == 0.0 && turned.tip_force.y == 0.0 && turned.tip_moment.x == 0.0 &&
       turned.tip_moment.z == 0.0)
@@ -122,7 +148,7 @@ double UniformRod::out_of_plane(const Loads& loads, const Workspace& w) const {
   for (int p = 0; p < grid.packs; ++p) {
     couple.set(p, transpose_times(w.R[p], m[p] + broadcast({turned.tip_moment.x, 0.0, turned.tip_moment.z})));
     force.set(p, n[p]);
-    for (std::size_t i = 0; i < tcas(); ++i) {
+    for (std::size_t i = 0; i < acting_.tcas; ++i) {
       const double tension = length() * w.tension[i].value;
       couple.set(p, couple[p] - tension * w.arm[i][p]);
       force.set(p, force[p] - tension * w.t[i][p]);

@@ -184,12 +184,18 @@ ROD_INLINE void inertia_forces(const RodConstants& rod, const double* a, Kinemat
   for (int p = 0; p < packs; ++p) n[p] = -section_mass<Space>(rod, p) * acceleration[p];
 }
 
-/// Strains, orientation, tangent and TCA paths.
+/// The strains at the nodes.
+template <int packs>
+ROD_INLINE void strains(const RodConstants& rod, const double* q, VectorField& kappa, VectorField& lambda) {
+  for (int p = 0; p < packs; ++p) kappa.set(p, broadcast(rod.kappa)), lambda.set(p, broadcast(rod.lambda));
+  add_expansion<packs>(rod, q, kappa, lambda);
+}
+
+/// Orientation, tangent and TCA paths.
 template <class Space, int packs>
 ROD_INLINE void positions(const RodConstants& rod, const double* q, Kinematics& w, const Gradients& b) {
   VectorField kappa, lambda;
-  for (int p = 0; p < packs; ++p) kappa.set(p, broadcast(rod.kappa)), lambda.set(p, broadcast(rod.lambda));
-  add_expansion<packs>(rod, q, kappa, lambda);
+  strains<packs>(rod, q, kappa, lambda);
   orientation<Space, packs>(rod, q, w);
   tca_geometry<Space, packs>(rod, kappa, lambda, w, b);
   for (int p = 0; p < packs; ++p)

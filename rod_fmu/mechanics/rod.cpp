@@ -57,6 +57,7 @@ Rod::Rod(const Parameters& p)
       closure_(p.closure),
       length_(p.length()) {
   for (std::size_t i = 0; i < p.tcas; ++i) laws_.emplace_back(p, i);
+  has_slack_tcas_ = std::ranges::all_of(laws_, &TcaLaw::is_slack);
   for (std::size_t j = 0; j < p.segments; ++j)
     for (const double radius : {p.segment[j].radius, p.segment[j].radius_end}) {
       const Section section = Section::of(p.segment[j], p.profile, radius);
@@ -75,13 +76,13 @@ void Rod::pull_tcas(const Loads& loads, Workspace& work) const {
 }
 
 void Rod::add_tca_stiffness(const Workspace& work, const Loads& loads, Matrix& J) const {
-  if (closure_ == Closure::inside) return;
+  if (closure_ == Closure::inside || has_slack_tcas_) return;
   for (std::size_t i = 0; i < tcas(); ++i)
     J.noalias() += laws_[i].tension(work.delta[i], loads.T[i]).per_delta * work.b[i] * work.b[i].transpose();
 }
 
 bool Rod::has_stiff_tcas(const Workspace& work, const Loads& loads) const {
-  if (closure_ == Closure::inside) return true;  // the tangent has it all
+  if (closure_ == Closure::inside || has_slack_tcas_) return true;  // the tangent has it all
   for (std::size_t i = 0; i < tcas(); ++i)
     if (!(laws_[i].tension(work.delta[i], loads.T[i]).per_delta >= 0.0)) return false;
   return true;
@@ -89,14 +90,19 @@ bool Rod::has_stiff_tcas(const Workspace& work, const Loads& loads) const {
 
 void Rod::tca_outputs(const double* v, const Loads& loads, const Workspace& work, Outputs& y) const {
   const Eigen::Map<const Vector> rates(v, unknowns());
-  y.energy_tca = 0.0;
   for (std::size_t i = 0; i < tcas(); ++i) {
     y.delta[i] = work.delta[i];
     y.delta_rate[i] = work.b[i].dot(rates);
     y.N[i] = work.tension[i].value;
-    y.energy_tca += laws_[i].energy(closure_ == Closure::inside ? work.delta[i] : loads.delta_guess[i], loads.T[i]);
     y.creep[i] = laws_[i].creeps() ? laws_[i].creep(work.delta[i], loads.T[i]).z : 0.0;
   }
+}
+
+double Rod::tca_energy(const Loads& loads, const Workspace& work) const {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < tcas(); ++i)
+    sum += laws_[i].energy(closure_ == Closure::inside ? work.delta[i] : loads.delta_guess[i], loads.T[i]);
+  return sum;
 }
 
 bool Rod::is_admissible(const double* q) const {

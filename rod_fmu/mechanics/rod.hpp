@@ -60,6 +60,11 @@ struct Workspace : Kinematics {
   Vector balance;                                      // scratch of outputs: unknowns() numbers
 };
 
+/// Stages of the kinematics, one bit each: positions; displacements and tensions of the TCAs; velocities.
+namespace stage {
+inline constexpr unsigned positions = 1, tcas = 2, velocities = 4, all = positions | tcas | velocities;
+}  // namespace stage
+
 /// Weights of the three derivatives: q dr/dq + v dr/dv + a dr/da.
 struct Weights {
   double q = 0.0, v = 0.0, a = 0.0;
@@ -82,8 +87,11 @@ class Rod {
                         Vector& r) const = 0;
   /// Writes the residual of a rod at rest and fills the workspace for the functions below.
   virtual void static_residual(const double* q, const Loads& loads, Workspace& work, Vector& r) const = 0;
-  /// Fills the workspace with positions, velocities, displacements and tensions, enough for outputs().
-  virtual void kinematics(const double* q, const double* v, const Loads& loads, Workspace& work) const = 0;
+  /// Fills the workspace with these stages of the kinematics.
+  virtual void kinematics(const double* q, const double* v, const Loads& loads, Workspace& work,
+                          unsigned stages = stage::all) const = 0;
+  /// Stages that outputs() of these parts needs, and spatial_error() at an equilibrium.
+  virtual unsigned stages_of(unsigned parts) const = 0;
 
   // Derivatives at the point of the workspace's last residual:
   /// Writes J = weights.q dr/dq + weights.v dr/dv + weights.a dr/da, exact.
@@ -123,9 +131,10 @@ class Rod {
   /// strains.
   double first_frequency() const { return first_frequency_; }
 
-  /// Writes shape, tip pose and velocity, energies, displacements and tensions for the workspace's last evaluation,
-  /// which must have been residual() or kinematics() at the same q, v and loads.
-  virtual void outputs(const double* q, const double* v, const Loads& loads, Workspace& work, Outputs& y) const = 0;
+  /// Writes these parts of the outputs but for `clamp` and `spatial_error`. The workspace holds their stages at the
+  /// same q, v and loads, by kinematics(); residual() leaves out TCAs that are slack.
+  virtual void outputs(const double* q, const double* v, const Loads& loads, Workspace& work, Outputs& y,
+                       unsigned parts = part::motion) const = 0;
   /// Writes the force [N] and moment [N m] of the clamp on the rod for the workspace's last evaluation, which must have
   /// been residual() or static_residual().
   virtual void clamp_reaction(const Loads& loads, const Workspace& work, Outputs& y) const = 0;
@@ -149,11 +158,14 @@ class Rod {
   virtual StrainRange strain_range(const double* q) const = 0;
   /// Tensions of the TCAs from their displacements (Eq. 4).
   void pull_tcas(const Loads& loads, Workspace& work) const;
-  /// Adds the outputs of the TCAs.
+  /// Writes the outputs of the TCAs.
   void tca_outputs(const double* v, const Loads& loads, const Workspace& work, Outputs& y) const;
+  /// Energy of the TCAs [J].
+  double tca_energy(const Loads& loads, const Workspace& work) const;
 
   Frame frame_;  // of a planar rod: its x axis lies in the plane of motion
   std::vector<TcaLaw> laws_;
+  bool has_slack_tcas_ = false;  // all of them are, so that none acts on the body
   Closure closure_ = Closure::inside;
   double length_ = 0.0;
   double first_frequency_ = 0.0;

@@ -10,8 +10,20 @@
 
 namespace rod {
 
-void SegmentedRod::outputs(const double* q, const double* v, const Loads& loads, Workspace& work, Outputs& y) const {
-  const SectionMotion& tip = work.segments.back().tip;
+void SegmentedRod::outputs(const double* q, const double* v, const Loads& loads, Workspace& work, Outputs& y,
+                           unsigned parts) const {
+  if (parts & part::shape) shape(work, y);
+  if (parts & (part::tip_position | part::tip_orientation | part::tip_velocity)) tip_motion(work, y);
+  if (parts & part::energy) energies(q, loads, work, y);
+  if (parts & part::tcas) tca_outputs(v, loads, work, y);
+  if (!(parts & part::out_of_plane)) return;
+  y.out_of_plane = 0.0;
+  if (!is_planar_) return;
+  backward_at_rest(loads, work, work.balance);
+  y.out_of_plane = out_of_plane(work);
+}
+
+void SegmentedRod::shape(const Workspace& work, Outputs& y) const {
   for (std::size_t m = 0; m < kShapeStations; ++m) {
     const Station& station = stations_[m];
     const SegmentWorkspace& w = work.segments[station.segment];
@@ -22,6 +34,10 @@ void SegmentedRod::outputs(const double* q, const double* v, const Loads& loads,
     y.shape[m] = triple(frame_.from_frame(w.base.p + L * weighted_sum(station.weights, w.l)));
     y.shape_v[m] = triple(frame_.from_frame(w.base.v + L * weighted_sum(station.weights, rate)));
   }
+}
+
+void SegmentedRod::tip_motion(const Workspace& work, Outputs& y) const {
+  const SectionMotion& tip = work.segments.back().tip;
   y.tip_p = triple(frame_.from_frame(tip.p));
   y.tip_v = triple(frame_.from_frame(tip.v));
   const auto [w0, x, z1, z2] = tip.quaternion;
@@ -30,9 +46,11 @@ void SegmentedRod::outputs(const double* q, const double* v, const Loads& loads,
   y.tip_quaternion = {w0, axis.x, axis.y, axis.z};
   y.tip_euler =
       euler_angles(rotation(y.tip_quaternion[0], y.tip_quaternion[1], y.tip_quaternion[2], y.tip_quaternion[3]));
+}
 
+void SegmentedRod::energies(const double* q, const Loads& loads, Workspace& work, Outputs& y) const {
+  const SectionMotion& tip = work.segments.back().tip;
   const Vec3 gravity = frame_.to_frame(loads.gravity);
-  work.balance.resize(unknowns());
   y.energy_elastic = 0.0;
   y.energy_kinetic = tip_body_kinetic(tip_body_, tip);
   y.energy_gravity = tip_body_potential(tip_body_, tip, gravity);
@@ -55,16 +73,12 @@ void SegmentedRod::outputs(const double* q, const double* v, const Loads& loads,
     }
     y.energy_gravity -= L * part.inertia.mass_total * dot(gravity, w.base.p);
   }
-  tca_outputs(v, loads, work, y);
-  if (contact_ == Contact::bonded || ends_ == Ends::tethered) {
-    y.energy_tca = 0.0;
-    for (std::size_t i = 0; i < tcas(); ++i) y.energy_tca += energy_of_tca(i, loads.T[i], work);
+  if (contact_ != Contact::bonded && ends_ != Ends::tethered) {
+    y.energy_tca = tca_energy(loads, work);
+    return;
   }
-  y.out_of_plane = 0.0;
-  if (is_planar_) {
-    backward_at_rest(loads, work, work.balance);
-    y.out_of_plane = out_of_plane(work);
-  }
+  y.energy_tca = 0.0;
+  for (std::size_t i = 0; i < tcas(); ++i) y.energy_tca += energy_of_tca(i, loads.T[i], work);
 }
 
 double SegmentedRod::energy_of_tca(std::size_t i, double T, const Workspace& work) const {
@@ -129,7 +143,6 @@ double SegmentedRod::out_of_plane(const Workspace& work) const {
 
 double SegmentedRod::spatial_error(const double* q, const Loads& loads, Workspace& work) const {
   // As for a uniform rod (spatial_error.cpp), with rotation and shift carried on from segment to segment.
-  work.balance.resize(unknowns());
   backward_at_rest(loads, work, work.balance);
   PerTca<double> delta{};
   Vec3 turned{}, shifted{};

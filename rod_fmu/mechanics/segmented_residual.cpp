@@ -30,6 +30,7 @@ void SegmentedRod::size(Workspace& work) const {
   work.c.assign(count, Vector::Zero(unknowns()));
   work.neighbours.resize(parts_.size());
   work.scratch.resize(unknowns());
+  work.balance.resize(unknowns());
 }
 
 void SegmentedRod::forward(const double* q, const double* v, const double* a, bool moving, Workspace& work) const {
@@ -192,9 +193,17 @@ void SegmentedRod::static_residual(const double* q, const Loads& loads, Workspac
   add_body_and_tcas(q, work, r);
 }
 
-void SegmentedRod::kinematics(const double* q, const double* v, const Loads& loads, Workspace& work) const {
+void SegmentedRod::kinematics(const double* q, const double* v, const Loads& loads, Workspace& work,
+                              unsigned stages) const {
+  if (!stages) return;
   forward(q, v, nullptr, true, work);
   pull(loads, work);
+}
+
+/// One loop makes all of them.
+unsigned SegmentedRod::stages_of(unsigned parts) const {
+  const bool needs_none = (parts & ~part::out_of_plane) == 0 && !is_planar_;
+  return needs_none ? 0 : stage::all;
 }
 
 }  // namespace rod

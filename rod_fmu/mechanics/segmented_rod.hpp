@@ -23,7 +23,9 @@ class SegmentedRod final : public Rod {
   void residual(const double* q, const double* v, const double* a, const Loads& loads, Workspace& work,
                 Vector& r) const override;
   void static_residual(const double* q, const Loads& loads, Workspace& work, Vector& r) const override;
-  void kinematics(const double* q, const double* v, const Loads& loads, Workspace& work) const override;
+  void kinematics(const double* q, const double* v, const Loads& loads, Workspace& work,
+                  unsigned stages = stage::all) const override;
+  unsigned stages_of(unsigned parts) const override;
   void tangent(const Workspace& work, const Weights& weights, Matrix& J) const override;
   void rate_derivative(const Workspace& work, const Vector& dv, const Vector& da, Vector& dr) const override;
   void load_derivative(const Workspace& work, const Loads& loads, const Loads& rates, Vector& dr) const override;
@@ -31,7 +33,8 @@ class SegmentedRod final : public Rod {
   double spatial_error(const double* q) const override;
   void damping_force(ConstVectorRef v, Vector& force) const override;
   double damping_power(ConstVectorRef v) const override;
-  void outputs(const double* q, const double* v, const Loads& loads, Workspace& work, Outputs& y) const override;
+  void outputs(const double* q, const double* v, const Loads& loads, Workspace& work, Outputs& y,
+               unsigned parts = part::motion) const override;
   void clamp_reaction(const Loads& loads, const Workspace& work, Outputs& y) const override;
 
  private:
@@ -64,6 +67,9 @@ class SegmentedRod final : public Rod {
   void locate_stations(const Parameters& p);
   StrainRange strain_range(const double* q) const override;
 
+  void shape(const Workspace& work, Outputs& y) const;
+  void tip_motion(const Workspace& work, Outputs& y) const;
+  void energies(const double* q, const Loads& loads, Workspace& work, Outputs& y) const;
   void size(Workspace& work) const;
   void forward(const double* q, const double* v, const double* a, bool moving, Workspace& work) const;
   void pull(const Loads& loads, Workspace& work) const;

@@ -55,6 +55,8 @@ UniformRod::UniformRod(const Parameters& p, const Section& section) : Rod(p), se
       reference_path_[i] += grid.w[k] * std::sqrt(dot(u, u));
     }
   }
+  acting_ = constants_;
+  if (has_slack_tcas_) acting_.tcas = 0;
   residual_loops_ = residual_loops(constants_);
   tangent_loops_ = tangent_loops(constants_);
   spatial_error_loop_ = spatial_error_loop(constants_);
@@ -65,11 +67,11 @@ void UniformRod::residual(const double* q, const double* v, const double* a, con
   ++work.evaluations;
   const int n = unknowns();
   r.resize(n);
-  residual_loops_.dynamics(constants_, q, v, a, loads.seen_from(frame_), work, r.data(), gradients(work));
-  pull(loads, work);
+  residual_loops_.dynamics(acting_, q, v, a, loads.seen_from(frame_), work, r.data(), acting_gradients(work));
+  if (acting_.tcas) pull(loads, work);
   r += stiffness_.cwiseProduct(Eigen::Map<const Vector>(q, n));
   r += damping_.cwiseProduct(Eigen::Map<const Vector>(v, n));
-  for (std::size_t i = 0; i < tcas(); ++i)
+  for (std::size_t i = 0; i < acting_.tcas; ++i)
     if (work.tension[i].value != 0.0) r += work.tension[i].value * work.b[i];
 }
 
@@ -77,16 +79,33 @@ void UniformRod::static_residual(const double* q, const Loads& loads, Workspace&
   ++work.evaluations;
   const int n = unknowns();
   r.resize(n);
-  residual_loops_.statics(constants_, q, loads.seen_from(frame_), work, r.data(), gradients(work));
-  pull(loads, work);
+  residual_loops_.statics(acting_, q, loads.seen_from(frame_), work, r.data(), acting_gradients(work));
+  if (acting_.tcas) pull(loads, work);
   r += stiffness_.cwiseProduct(Eigen::Map<const Vector>(q, n));
-  for (std::size_t i = 0; i < tcas(); ++i)
+  for (std::size_t i = 0; i < acting_.tcas; ++i)
     if (work.tension[i].value != 0.0) r += work.tension[i].value * work.b[i];
 }
 
-void UniformRod::kinematics(const double* q, const double* v, const Loads& loads, Workspace& work) const {
-  residual_loops_.kinematics(constants_, q, v, work, gradients(work));
-  pull(loads, work);
+void UniformRod::kinematics(const double* q, const double* v, const Loads& loads, Workspace& work,
+                            unsigned stages) const {
+  if (stages & stage::positions) residual_loops_.positions(constants_, q, work);
+  if (stages & stage::tcas) {
+    residual_loops_.paths(constants_, q, work, gradients(work));
+    pull(loads, work);
+  }
+  if (stages & stage::velocities) residual_loops_.velocities(constants_, v, work);
+}
+
+unsigned UniformRod::stages_of(unsigned parts) const {
+  const unsigned pulled = stage::positions | (acting_.tcas ? stage::tcas : 0);
+  unsigned stages = 0;
+  if (parts & (part::tip_position | part::tip_orientation | part::shape)) stages |= stage::positions;
+  if (parts & part::tcas) stages |= stage::tcas;
+  if (parts & part::tip_velocity) stages |= stage::positions | stage::velocities;
+  if (parts & part::energy) stages |= stage::velocities | pulled;
+  if (parts & part::out_of_plane && constants_.planar) stages |= pulled;
+  if (parts & part::spatial_error) stages |= stage::positions | stage::tcas;  // of displacements too
+  return stages;
 }
 
 Gradients UniformRod::gradients(Workspace& work) const {
@@ -103,6 +122,11 @@ Gradients UniformRod::gradients(Workspace& work) const {
   return b;
 }
 
+Gradients UniformRod::acting_gradients(Workspace& work) const {
+  if (acting_.tcas || work.b.size() != tcas()) return gradients(work);
+  return {};
+}
+
 void UniformRod::pull(const Loads& loads, Workspace& work) const {
   for (std::size_t i = 0; i < tcas(); ++i) work.delta[i] = length() * (work.path[i] - reference_path_[i]);
   pull_tcas(loads, work);
@@ -111,17 +135,17 @@ void UniformRod::pull(const Loads& loads, Workspace& work) const {
 void UniformRod::tangent(const Workspace& work, const Weights& weights, Matrix& J) const {
   J.resize(unknowns(), unknowns());
   PerTca<double> tension;
-  for (std::size_t i = 0; i < tcas(); ++i) tension[i] = work.tension[i].value;
-  tangent_loops_.tangent(constants_, work, {weights.q, weights.v, weights.a}, tension, J.data());
+  for (std::size_t i = 0; i < acting_.tcas; ++i) tension[i] = work.tension[i].value;
+  tangent_loops_.tangent(acting_, work, {weights.q, weights.v, weights.a}, tension, J.data());
   J.diagonal() += weights.q * stiffness_ + weights.v * damping_;
-  for (std::size_t i = 0; i < tcas(); ++i)
+  for (std::size_t i = 0; i < acting_.tcas; ++i)
     if (work.tension[i].per_delta != 0.0)
       J.noalias() += (weights.q * work.tension[i].per_delta) * work.b[i] * work.b[i].transpose();
 }
 
 void UniformRod::rate_derivative(const Workspace& work, const Vector& dv, const Vector& da, Vector& dr) const {
   dr.resize(unknowns());
-  tangent_loops_.rate(constants_, work, dv.data(), da.data(), dr.data());
+  tangent_loops_.rate(acting_, work, dv.data(), da.data(), dr.data());
   dr += damping_.cwiseProduct(dv);
 }
 
@@ -146,7 +170,7 @@ void UniformRod::load_derivative(const Workspace& work, const Loads& loads, cons
     }
     project<kMaxPacks>(constants_, couple, force, -1.0, dr.data());
   }
-  for (std::size_t i = 0; i < tcas(); ++i) {
+  for (std::size_t i = 0; i < acting_.tcas; ++i) {
     const Tension guessed = laws_[i].tension(loads.delta_guess[i], loads.T[i]);
     const double rate = closure_ == Closure::inside
                             ? work.tension[i].per_T * rates.T[i]

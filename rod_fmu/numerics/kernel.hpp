@@ -15,43 +15,40 @@ namespace rod {
 inline const bool has_avx2 = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
 #endif
 
-/// dispatch<kernel>(arguments...) is kernel(arguments...) for an inlined kernel, with AVX2 and FMA where there are any.
-/// The choice is made here because the loader of Windows makes none.
+/// The versions of an inlined kernel. The choice between them is made here because the loader of Windows makes none.
 template <auto kernel>
 struct Dispatch;
 
 template <class Result, class... Arguments, Result (*kernel)(Arguments...)>
 struct Dispatch<kernel> {
 #ifdef __x86_64__
-  __attribute__((target("avx2,fma"))) static Result avx2(Arguments... arguments) { return kernel(arguments...); }
+  __attribute__((target("avx2,fma"))) static Result fused(Arguments... arguments) { return kernel(arguments...); }
+  __attribute__((target("avx2"))) static Result exact(Arguments... arguments) { return kernel(arguments...); }
   static Result portable(Arguments... arguments) { return kernel(arguments...); }
-  static Result call(Arguments... arguments) { return has_avx2 ? avx2(arguments...) : portable(arguments...); }
+  template <bool is_exact>
+  static Result call(Arguments... arguments) {
+    if (!has_avx2) return portable(arguments...);
+    if constexpr (is_exact)
+      return exact(arguments...);
+    else
+      return fused(arguments...);
+  }
 #else
-  static Result call(Arguments... arguments) { return kernel(arguments...); }
+  template <bool>
+  static Result call(Arguments... arguments) {
+    return kernel(arguments...);
+  }
 #endif
 };
 
+/// dispatch<kernel>(arguments...) is kernel(arguments...), with AVX2 and FMA where there are any.
 template <auto kernel>
-inline constexpr auto dispatch = &Dispatch<kernel>::call;
+inline constexpr auto dispatch = &Dispatch<kernel>::template call<false>;
 
 /// dispatch_exact<kernel> is the same with AVX2 alone: no product is fused with a sum, so every processor gives the
 /// same bits.
 template <auto kernel>
-struct ExactDispatch;
-
-template <class Result, class... Arguments, Result (*kernel)(Arguments...)>
-struct ExactDispatch<kernel> {
-#ifdef __x86_64__
-  __attribute__((target("avx2"))) static Result avx2(Arguments... arguments) { return kernel(arguments...); }
-  static Result portable(Arguments... arguments) { return kernel(arguments...); }
-  static Result call(Arguments... arguments) { return has_avx2 ? avx2(arguments...) : portable(arguments...); }
-#else
-  static Result call(Arguments... arguments) { return kernel(arguments...); }
-#endif
-};
-
-template <auto kernel>
-inline constexpr auto dispatch_exact = &ExactDispatch<kernel>::call;
+inline constexpr auto dispatch_exact = &Dispatch<kernel>::template call<true>;
 
 /// A local array of a kernel: a vector of type V at every node.
 template <class V, std::size_t packs>

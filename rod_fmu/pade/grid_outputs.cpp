@@ -33,39 +33,46 @@ Vector3 between(const ConstGridState& state, double at, double spacing) {
 
 }  // namespace
 
-void GridRod::outputs(const Loads& loads, const ConstGridState& state, Outputs& y) const {
-  for (std::size_t m = 0; m < kShapeStations; ++m)
-    y.shape[m] = triple(between(state, static_cast<double>(m) * (points_ - 1) / (kShapeStations - 1), spacing_));
+void GridRod::outputs(const Loads& loads, const ConstGridState& state, Outputs& y, unsigned parts) const {
+  if (parts & part::shape)
+    for (std::size_t m = 0; m < kShapeStations; ++m)
+      y.shape[m] = triple(between(state, static_cast<double>(m) * (points_ - 1) / (kShapeStations - 1), spacing_));
   const int tip = points_ - 1;
   const Eigen::Quaterniond turn = orientation(state, tip);
   y.tip_p = triple(state.position(tip));
   y.tip_quaternion = {turn.w(), turn.x(), turn.y(), turn.z()};
-  y.tip_euler = euler_angles(rotation(turn.w(), turn.x(), turn.y(), turn.z()));
+  if (parts & part::tip_orientation) y.tip_euler = euler_angles(rotation(turn.w(), turn.x(), turn.y(), turn.z()));
   y.tip_v = triple(turn * state.velocity(tip).tail<3>());
-
-  const Vector6 stiffness = Eigen::Map<const Vector6>(section_.stiffness.data());
-  const Vector6 reference = Eigen::Map<const Vector6>(section_.reference.data());
-  Vector6 inertia;
-  inertia << to_eigen(section_.inertia), Vector3::Constant(section_.mass);
-  y.energy_elastic = y.energy_kinetic = y.energy_gravity = y.energy_tca = 0.0;
-  for (int k = 0; k < points_; ++k) {
-    const Vector6 strain = state.strain(k) - reference;
-    const Vector6 velocity = state.velocity(k);
-    y.energy_elastic += 0.5 * weight_[k] * strain.dot(stiffness.cwiseProduct(strain));
-    y.energy_kinetic += 0.5 * weight_[k] * velocity.dot(inertia.cwiseProduct(velocity));
-    y.energy_gravity -= section_.mass * weight_[k] * to_eigen(loads.gravity).dot(state.position(k));
-  }
   y.energy_dissipated = state.dissipated();
   y.out_of_plane = 0.0;   // this rod is spatial
   y.spatial_error = 0.0;  // and has no polynomials; its grid's error shows in runs with more grid points
-  y.creep = {};           // its TCAs do not creep
+  if (parts & part::energy) body_energies(loads, state, y);
+  if (!(parts & (part::energy | part::tcas))) return;
+  y.creep = {};  // its TCAs do not creep
+  double energy = 0.0;
   const pade::TcaVector delta = displacements(state);
   for (int i = 0; i < tcas_; ++i) {
     const double acting = closure_ == Closure::inside ? delta[i] : loads.delta_guess[i];
     y.delta[i] = delta[i];
     y.delta_rate[i] = state.delta_rate()[i];
     y.N[i] = laws_[i].tension(acting, loads.T[i]).value;
-    y.energy_tca += laws_[i].energy(acting, loads.T[i]);
+    if (parts & part::energy) energy += laws_[i].energy(acting, loads.T[i]);
+  }
+  if (parts & part::energy) y.energy_tca = energy;
+}
+
+void GridRod::body_energies(const Loads& loads, const ConstGridState& state, Outputs& y) const {
+  const Vector6 stiffness = Eigen::Map<const Vector6>(section_.stiffness.data());
+  const Vector6 reference = Eigen::Map<const Vector6>(section_.reference.data());
+  Vector6 inertia;
+  inertia << to_eigen(section_.inertia), Vector3::Constant(section_.mass);
+  y.energy_elastic = y.energy_kinetic = y.energy_gravity = 0.0;
+  for (int k = 0; k < points_; ++k) {
+    const Vector6 strain = state.strain(k) - reference;
+    const Vector6 velocity = state.velocity(k);
+    y.energy_elastic += 0.5 * weight_[k] * strain.dot(stiffness.cwiseProduct(strain));
+    y.energy_kinetic += 0.5 * weight_[k] * velocity.dot(inertia.cwiseProduct(velocity));
+    y.energy_gravity -= section_.mass * weight_[k] * to_eigen(loads.gravity).dot(state.position(k));
   }
 }
 

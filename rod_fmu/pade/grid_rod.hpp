@@ -60,12 +60,13 @@ class GridRod {
   core::Status solve_equilibrium(const Loads& loads, const GridState& state, GridScratch& scratch) const;
   /// One step of length h [s], halved where Newton's method fails. Order 1 in time, 4 along the rod.
   StepOutcome step(const Inputs& u, double h, const GridState& state, GridScratch& scratch) const;
-  void outputs(const Loads& loads, const ConstGridState& state, Outputs& y) const;
+  void outputs(const Loads& loads, const ConstGridState& state, Outputs& y, unsigned parts = part::motion) const;
   /// Writes force and moment of the clamp on the rod, from the strain at the clamp; damping, which needs the rate of
   /// the strain, is left out.
   void clamp_reaction(const Loads& loads, const ConstGridState& state, Outputs& y) const;
 
  private:
+  void body_energies(const Loads& loads, const ConstGridState& state, Outputs& y) const;
   struct StepEquations;
   pade::TcaVector displacements(const ConstGridState& state) const;
   void fit_pose(const GridState& state) const;

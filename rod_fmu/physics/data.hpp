@@ -156,6 +156,13 @@ struct Inputs {
   }
 };
 
+/// Parts of the outputs that are calculated apart, where they are asked for: one bit each.
+namespace part {
+inline constexpr unsigned tip_position = 1, tip_orientation = 2, tip_velocity = 4, shape = 8, tcas = 16, energy = 32,
+                          clamp = 64, out_of_plane = 128, spatial_error = 256;
+inline constexpr unsigned motion = tip_position | tip_orientation | tip_velocity | shape | tcas | energy | out_of_plane;
+}  // namespace part
+
 struct Outputs {
   PerTca<double> delta{}, delta_rate{};              // m, m/s
   PerTca<double> N{};                                // N, tension positive

@@ -1,6 +1,9 @@
 // Evaluation of the inputs' polynomials in time.
 #include "physics/loads.hpp"
 
+#include <algorithm>
+#include <span>
+
 namespace rod {
 
 namespace {
@@ -25,6 +28,14 @@ BodyLoads Loads::seen_from(const Frame& frame) const {
 
 Loads loads_at(const Inputs& u, double elapsed) {
   return collect(u, [elapsed](const Polynomial& p) { return core::is_constant(p) ? p[0] : core::value(p, elapsed); });
+}
+
+bool are_constant(const Inputs& u) {
+  const auto constant = [](const Polynomial& p) { return core::is_constant(p); };
+  const auto all = [&](const auto& inputs) { return std::ranges::all_of(inputs, constant); };
+  const auto first = [](const auto& inputs, std::size_t count) { return std::span(inputs).first(count); };
+  return all(first(u.T, u.tcas)) && all(first(u.delta_guess, u.tcas)) && all(u.gravity) && all(u.tip_force) &&
+         all(u.tip_moment) && std::ranges::all_of(first(u.load, u.stations), all);
 }
 
 PerTca<double> temperatures_at(const Inputs& u, double elapsed) {

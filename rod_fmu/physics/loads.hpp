@@ -31,6 +31,8 @@ static_assert(sizeof(Loads) == kLoadCount * sizeof(double));
 /// Inputs, and their time derivatives, `elapsed` [s] after the start of the step.
 Loads loads_at(const Inputs& u, double elapsed);
 Loads load_rates_at(const Inputs& u, double elapsed);
+/// Whether all inputs stand still.
+bool are_constant(const Inputs& u);
 PerTca<double> temperatures_at(const Inputs& u, double elapsed);
 
 }  // namespace rod

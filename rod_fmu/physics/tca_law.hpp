@@ -59,6 +59,10 @@ class TcaLaw {
   TetheredForce tethered(double delta, double phi, double T) const;
   /// Potential of both [J].
   double tethered_energy(double delta, double phi, double T) const;
+  /// Whether the tension is 0 at every displacement and temperature: a measured TCA without any stiffness.
+  bool is_slack() const {
+    return law_ == Law::measured && stiffness_ == 0.0 && stiffening_ == 0.0 && stop_stiffness_ == 0.0 && !creeps();
+  }
   /// 1/f1 at the reference pitch [N/m].
   double stiffness() const { return stiffness_; }
 

@@ -36,6 +36,7 @@ struct Bench {
     rod::Outputs y;
     const rod::Loads loads = rod::loads_at(inputs, 0.0);
     rod.residual(state.q.data(), state.v.data(), state.a.data(), loads, scratch.newton.work, scratch.r);
+    rod.kinematics(state.q.data(), state.v.data(), loads, scratch.newton.work);
     rod.outputs(state.q.data(), state.v.data(), loads, scratch.newton.work, y);
     return y;
   }

@@ -24,7 +24,7 @@ struct Bench {
   }
   void evaluate() {
     fmu::require(model.evaluate(t));
-    fmu::require(model.evaluate_on_demand(t));
+    fmu::require(model.evaluate_on_demand(t, ~0u));
   }
   ThermalModel model;
   double t = 0.0;

@@ -26,7 +26,7 @@ struct Bench {
     fmu::require(model.step(t, h).status);
     t += h;
     fmu::require(model.evaluate(t));
-    fmu::require(model.evaluate_on_demand(t));
+    fmu::require(model.evaluate_on_demand(t, ~0u));
   }
   ThermalModel model;
   std::vector<std::string> warnings;

@@ -28,7 +28,7 @@ inline std::vector<std::string> unwritten_outputs(const Configuration& configura
   const auto evaluate = [&](double t, const char* when) {
     mark_outputs_unwritten(rows, data);
     require(model->evaluate(t));
-    require(model->evaluate_on_demand(t));
+    require(model->evaluate_on_demand(t, ~0u));
     for (const Variable& row : rows) {
       if (row.causality != Causality::output || row.type != Type::real) continue;
       if (core::is_unwritten(load<double>(data, row.offset))) names.push_back(row.name + when);

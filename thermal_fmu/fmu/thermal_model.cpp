@@ -161,7 +161,7 @@ Status ThermalModel::evaluate(double t) {
   return {};
 }
 
-Status ThermalModel::evaluate_on_demand(double) {
+Status ThermalModel::evaluate_on_demand(double, unsigned) {
   data_.T_max = data_.parameters.T_0 + level_->max_rise(memory_);
   return {};
 }

@@ -25,7 +25,7 @@ class ThermalModel final : public fmu::Model {
   Status initialise(double t) override;
   fmu::StepResult step(double t, double h) override;
   Status evaluate(double t) override;
-  Status evaluate_on_demand(double t) override;
+  Status evaluate_on_demand(double t, unsigned parts) override;
   Status check_states() const override;
   void get_states(std::span<double> x) override;
   void set_states(std::span<const double> x) override;
