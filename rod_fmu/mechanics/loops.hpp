@@ -165,7 +165,7 @@ SegmentTangentLoops segment_tangent_loops(const RodConstants& segment);
 
 struct ResidualLoops {
   PositionsLoop positions = nullptr;
-  PathsLoop paths = nullptr;
+  PathsLoop paths = nullptr, positions_and_paths = nullptr;
   VelocitiesLoop velocities = nullptr;
   StaticsLoop statics = nullptr;
   DynamicsLoop dynamics = nullptr;

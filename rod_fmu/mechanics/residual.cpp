@@ -49,6 +49,7 @@ struct Residual {
   static ResidualLoops of() {
     return {.positions = dispatch<shape<Space, packs>>,
             .paths = dispatch<paths<Space, packs>>,
+            .positions_and_paths = dispatch<positions<Space, packs>>,
             .velocities = dispatch<velocities<Space, packs>>,
             .statics = dispatch<statics<Space, packs>>,
             .dynamics = dispatch<dynamics<Space, packs>>};

@@ -60,9 +60,11 @@ struct Workspace : Kinematics {
   Vector balance;                                      // scratch of outputs: unknowns() numbers
 };
 
-/// Stages of the kinematics, one bit each: positions; displacements and tensions of the TCAs; velocities.
+/// Stages of the kinematics, one bit each: positions; displacements and tensions of the TCAs; velocities. `at_rest`:
+/// positions and TCAs in one loop, where both are needed in any case.
 namespace stage {
 inline constexpr unsigned positions = 1, tcas = 2, velocities = 4, all = positions | tcas | velocities;
+inline constexpr unsigned in_one_loop = 8, at_rest = in_one_loop | positions | tcas;
 }  // namespace stage
 
 /// Weights of the three derivatives: q dr/dq + v dr/dv + a dr/da.

@@ -88,11 +88,13 @@ void UniformRod::static_residual(const double* q, const Loads& loads, Workspace&
 
 void UniformRod::kinematics(const double* q, const double* v, const Loads& loads, Workspace& work,
                             unsigned stages) const {
-  if (stages & stage::positions) residual_loops_.positions(constants_, q, work);
-  if (stages & stage::tcas) {
+  if (stages & stage::in_one_loop)
+    residual_loops_.positions_and_paths(constants_, q, work, gradients(work));
+  else if (stages & stage::positions)
+    residual_loops_.positions(constants_, q, work);
+  if ((stages & stage::tcas) && !(stages & stage::in_one_loop))
     residual_loops_.paths(constants_, q, work, gradients(work));
-    pull(loads, work);
-  }
+  if (stages & stage::tcas) pull(loads, work);
   if (stages & stage::velocities) residual_loops_.velocities(constants_, v, work);
 }
 
@@ -104,7 +106,7 @@ unsigned UniformRod::stages_of(unsigned parts) const {
   if (parts & part::tip_velocity) stages |= stage::positions | stage::velocities;
   if (parts & part::energy) stages |= stage::velocities | pulled;
   if (parts & part::out_of_plane && constants_.planar) stages |= pulled;
-  if (parts & part::spatial_error) stages |= stage::positions | stage::tcas;  // of displacements too
+  if (parts & part::spatial_error) stages |= stage::at_rest;  // it is that of displacements too
   return stages;
 }
 
