@@ -20,7 +20,13 @@ from tca_cosim.studies.model_selection import explanation
 from tca_cosim.studies.model_selection.dimensionless_numbers import (
     dimensionless_numbers,
 )
-from tca_cosim.studies.model_selection.hierarchy import ModelHierarchy, apply_choice, choice_settings, model_hierarchies
+from tca_cosim.studies.model_selection.hierarchy import (
+    ModelHierarchy,
+    apply_choice,
+    choice_settings,
+    model_hierarchies,
+    with_required,
+)
 from tca_cosim.studies.model_selection.measure import Quantity, Trajectory, relative_error, requested_quantities
 from tca_cosim.studies.model_selection.reference_level import reference_choice
 from tca_cosim.studies.model_selection.runs import ResumableRun, RunCache
@@ -82,10 +88,13 @@ HIERARCHIES = tuple(ModelHierarchy(name, "model", None, ({},) * 9) for name in (
 
 
 class Known:
-    """Runs whose errors are known: of each hierarchy a share of 10^-level."""
+    """Runs whose errors are known: of each hierarchy a share of 10^-level. costs: CPU time of every run [s]."""
 
-    def __init__(self, **sizes: float) -> None:
-        self.sizes, self.scene = sizes, read("step")
+    def __init__(self, costs: float = 0.0, **sizes: float) -> None:
+        self.costs, self.sizes, self.scene = costs, sizes, read("step")
+
+    def cost(self, choice: dict[str, int]) -> float:
+        return self.costs
 
     def value(self, choice: dict[str, int]) -> float:
         return sum(size * 0.1 ** choice[name] for name, size in self.sizes.items())
@@ -279,6 +288,46 @@ def test_what_was_negligible_is_not_measured_again() -> None:
     start = {"heat": 0, "inertia": 0, "order": 0}
     assert refine(runs, HIERARCHIES, start, 1e-2, 1.0, lambda c, e: None)["order"] == 3
     assert asked.count("heat") == asked.count("inertia") == 1 < asked.count("order")
+
+
+class Made(Known):
+    """Known runs of which only those cost something that were made."""
+
+    def __init__(self, **known: float) -> None:
+        super().__init__(**known)
+        self.made: list[dict[str, int]] = []
+
+    def cost(self, choice: dict[str, int]) -> float:
+        return self.costs if choice in self.made else 0.0
+
+    def difference(self, choice: dict[str, int], better: dict[str, int], stop: float, limit: float = math.inf) -> float:
+        self.made += [each for each in (choice, better) if each not in self.made]
+        return super().difference(choice, better, stop)
+
+
+@pytest.mark.parametrize(("costs", "measured"), [(0.1, {"heat", "inertia", "order"}), (0.3, {"heat"}), (2.0, set())])
+def test_contributions_are_measured_where_runs_are_cheap(costs: float, measured: set[str]) -> None:
+    """They only explain a choice; where all runs are long, its estimate is what is said of them."""
+    runs = Made(costs=costs, heat=1e-3, inertia=1e-3, order=1e-3)
+    choice = {"heat": 0, "inertia": 0, "order": 0}
+    found = coarsen(runs, HIERARCHIES, choice, 1e-2, 1.0, lambda c, e: None)
+    assert set(found.gaps) == measured
+    assert len(runs.made) == 2 + len(measured)
+    said = explanation._adds(found, "order", "two orders more")
+    assert ("was not measured, since such runs take long" in said) is ("order" not in measured)
+
+
+def test_a_level_can_require_levels_of_others() -> None:
+    """Inertia at a tip that others push back needs macro steps that resolve what comes of it."""
+    inertia = ModelHierarchy("inertia", "model", None, ({},) * 2, complete=True, requires={"macro": 4})
+    hierarchies = (inertia, ModelHierarchy("macro", "coupling", None, ({},) * 8))
+    assert with_required(hierarchies, {"inertia": 0, "macro": 0}) == {"inertia": 0, "macro": 0}
+    assert with_required(hierarchies, {"inertia": 1, "macro": 0}) == {"inertia": 1, "macro": 4}
+    assert comparison_choice(hierarchies, {"inertia": 0, "macro": 0}) == {"inertia": 1, "macro": 4}
+    assert comparison_choice(hierarchies, {"inertia": 1, "macro": 4}) == {"inertia": 1, "macro": 5}
+    runs = Known(inertia=1.0)
+    assert reference_choice(runs, hierarchies, [{"inertia": 0, "macro": 0}], 1e-3) == {"inertia": 1, "macro": 6}
+    assert refine(runs, hierarchies, {"inertia": 0, "macro": 0}, 1e-3, 1.0, lambda c, e: None)["macro"] == 4
 
 
 def test_a_run_that_fails_is_infinitely_far_off(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -39,16 +39,25 @@ class GripperObject(Fmi2Slave):
         ):
             setattr(self, name, 0.0)
             self.register_variable(Real(name, causality=causality))
+        for name in ("left_before", "right_before"):  # fingertips at the end of the last step: part of the state
+            setattr(self, name, 0.0)
+            self.register_variable(Real(name, causality=Fmi2Causality.local))
 
     def exit_initialization_mode(self):
         """Evaluate the forces at the start."""
+        self.left_before, self.right_before = self.left, self.right
         self._evaluate()
 
     def do_step(self, current_time, step_size):
-        """Advance the object with the fingertips where the inputs put them."""
+        """Advance the object; the fingertips move evenly to where the inputs put them at the end of the step."""
         count = max(1, round(step_size / self.substep))
-        for _ in range(count):
+        ends = self.left, self.right
+        ways = ends[0] - self.left_before, ends[1] - self.right_before
+        for k in range(1, count + 1):
+            rest = 1.0 - k / count
+            self.left, self.right = ends[0] - rest * ways[0], ends[1] - rest * ways[1]
             self._substep(step_size / count)
+        self.left, self.right = self.left_before, self.right_before = ends
         self._evaluate()
         return True
 

@@ -33,6 +33,11 @@ def summary(hierarchies: Hierarchies, choice: Choice) -> str:
 
 
 def _adds(search: SearchResult, name: str, what: str) -> str:
+    if name not in search.gaps:
+        return (
+            f"how much {what} would change was not measured, since such runs take long: with all that is finer, it is "
+            f"within {_share(search.estimate)}"
+        )
     gap = search.gaps[name]
     if math.isnan(gap):
         return f"how much {what} would change is not known: a run that would tell fails"

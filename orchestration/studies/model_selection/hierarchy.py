@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 from ...fmi.archive import cached_archive
 from ...scene import Member, Scene
@@ -24,6 +24,7 @@ __all__ = [
     "apply_choice",
     "choice_settings",
     "model_hierarchies",
+    "with_required",
 ]
 
 FROZEN = "frozen"  # the one key of a level that is not an FMU parameter: the member is never stepped
@@ -51,6 +52,8 @@ class ModelHierarchy:
         Whether the finest level lacks nothing. Where it may, it serves for comparison only.
     exact : bool
         Whether the coarsest level lacks nothing either, for this scene.
+    requires : mapping of str to int
+        Least levels of other hierarchies wherever this one is above its coarsest level.
     """
 
     name: str
@@ -60,6 +63,7 @@ class ModelHierarchy:
     compared: float = 1
     complete: bool = False
     exact: bool = False
+    requires: Mapping[str, int] = field(default_factory=dict)
 
     @property
     def highest(self) -> int:
@@ -72,6 +76,16 @@ class ModelHierarchy:
 
 
 Hierarchies = tuple[ModelHierarchy, ...]
+
+
+def with_required(hierarchies: Hierarchies, choice: Choice) -> Choice:
+    """The choice, made finer where the levels of some hierarchies require it of others."""
+    levels = dict(choice)
+    for hierarchy in hierarchies:
+        if choice[hierarchy.name] > 0:
+            levels |= {name: max(levels[name], least) for name, least in hierarchy.requires.items() if name in levels}
+    return levels
+
 
 _TOLERANCES = tuple(10.0**-k for k in range(1, 11))
 # The mesh is the same from 1e-2 to 1e-4, so levels between them would not differ.
@@ -95,8 +109,8 @@ _HIERARCHIES: Hierarchies = (
     # Compared two orders further: one more may change nothing where shapes are symmetric.
     ModelHierarchy("order", "space", ROD, tuple({"order": n} for n in range(8)), 2),
     ModelHierarchy("step", "time", ROD, tuple({"tolerance": t} for t in _TOLERANCES)),
-    # Shares of the scene's own macro step.
-    ModelHierarchy("macro", "coupling", None, tuple({"macro_step": 0.5**k} for k in range(8))),
+    # Shares of the scene's own macro step; the shortest ones resolve a contact that the scene's own does not.
+    ModelHierarchy("macro", "coupling", None, tuple({"macro_step": 0.5**k} for k in range(10))),
 )
 # The heat of an unheated section: the model that loads fastest, since nothing is computed with it.
 _FROZEN_HEAT: Mapping[str, Value] = {FROZEN: True, "level": "lumped", "tolerance": 0.1}

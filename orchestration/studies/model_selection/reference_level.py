@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from .hierarchy import Choice, Hierarchies
+from .hierarchy import Choice, Hierarchies, with_required
 from .runs import RunCache
 
 __all__ = ["reference_choice"]
@@ -22,7 +22,9 @@ def reference_choice(runs: RunCache, hierarchies: Hierarchies, choices: Sequence
     are compared with a coarser heat, which loads faster. tolerance: the smallest one that an error is compared with.
     """
     finest = {h.name: len(h.levels) - 1 for h in hierarchies}
-    best = {**finest, "macro": min(max(choice["macro"] for choice in choices) + _HALVINGS, finest["macro"])}
+    coarsest = {**finest, "macro": min(max(choice["macro"] for choice in choices), finest["macro"])}
+    resolved = with_required(hierarchies, coarsest)["macro"]
+    best = {**finest, "macro": min(resolved + _HALVINGS, finest["macro"])}
     if "step" in best:
         first = max(_FOLLOWED, *(choice["step"] + 1 for choice in choices))
         heat = {"heat": max(finest["heat"] - _COARSER_HEAT, 0)} if "heat" in finest else {}

@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 
 import numpy as np
 
+from ...cosim.acceleration import spectral_radius
 from ...cosim.master import StepLog
 from ...cosim.step_logs import StepLogs
 from ...errors import CosimError
@@ -84,6 +85,12 @@ class ResumableRun:
     def last_steps(self) -> Sequence[StepLog]:
         """The last macro steps taken, up to ten."""
         return [self._logs[k] for k in range(max(len(self._logs) - 10, 0), len(self._logs))]
+
+    @property
+    def loop_gain(self) -> float:
+        """Largest spectral radius of a sweep's derivative in the steps so far; 0 where no loop showed one."""
+        _, inverses = self._logs.inverses()
+        return float(spectral_radius(inverses).max()) if len(inverses) else 0.0
 
     @property
     def ended(self) -> bool:
@@ -191,6 +198,11 @@ class RunCache:
             if math.sqrt(share) * error > _CLEARLY * limit:  # squares of the rest are positive
                 break
         return error
+
+    def cost(self, choice: Choice) -> float:
+        """CPU time of the run with that choice so far [s]; 0 where there is none."""
+        run = self._runs.get(tuple(sorted(choice.items())))
+        return run.cost if run else 0.0
 
     def close(self) -> None:
         """Free all FMUs. Results stay; runs that had not come to their end are dropped."""

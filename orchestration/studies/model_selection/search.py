@@ -17,13 +17,16 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from ...errors import CosimError
-from .hierarchy import Choice, Hierarchies, ModelHierarchy
+from .hierarchy import Choice, Hierarchies, ModelHierarchy, with_required
 from .runs import RunCache
 
-__all__ = ["SHARE", "SearchResult", "Trial", "coarsen", "comparison_choice", "refine"]
+__all__ = ["SHARE", "Known", "SearchResult", "Trial", "coarsen", "comparison_choice", "explaining_gaps", "refine"]
 
 SHARE = 0.7  # largest estimate / tolerance; the reserve covers that differences shrink from level to level, not to zero
 _NEGLIGIBLE = 0.2  # contribution / largest estimate below which it is not measured again at finer levels of the others
+# CPU time of runs made for the explanation alone [s]: what the choice lacks is estimated already, by one run with
+# everything finer. Most scenes need a tenth of it for all of them.
+_EXPLAINING = 0.5
 _COARSENED = ("inertia", "step", "order", "strains")  # in this order: where a coarser level saves most
 
 Trial = Callable[[Choice, float], None]  # called with every choice tried and its estimated error
@@ -41,8 +44,8 @@ class SearchResult:
     estimate : float
         Estimated error of the choice.
     gaps : mapping of str to float
-        Contribution of each hierarchy to it; nan where the run that would show it fails. Negligible ones are those of
-        an earlier choice with the same level.
+        Contribution of each hierarchy to it; nan where the run that would show it fails; missing where such runs take
+        too long. Negligible ones are those of an earlier choice with the same level.
     rejected : mapping of str to float
         Estimated error with one level less, where that is too much, until then; inf where that run fails.
     """
@@ -55,7 +58,7 @@ class SearchResult:
 
 def comparison_choice(hierarchies: Hierarchies, choice: Choice) -> Choice:
     """The choice, finer in all hierarchies, whose difference to `choice` estimates the error of `choice`."""
-    return {h.name: h.comparison_level(choice[h.name]) for h in hierarchies}
+    return with_required(hierarchies, {h.name: h.comparison_level(choice[h.name]) for h in hierarchies})
 
 
 def refine(
@@ -93,9 +96,10 @@ def refine(
         largest = max(candidates, key=candidates.__getitem__)
         refined = {h.name for h in hierarchies if h.name == largest or candidates.get(h.name, 0.0) > tolerance}
         choice = {
-            h.name: _refined_level(runs, h, choice, allowed, stop) if h.name in refined else choice[h.name]
+            h.name: _refined_level(runs, hierarchies, h, choice, allowed, stop) if h.name in refined else choice[h.name]
             for h in hierarchies
         }
+        choice = with_required(hierarchies, choice)
 
 
 def coarsen(
@@ -123,8 +127,25 @@ def coarsen(
                 rejected[name] = error
                 break
             choice, estimate = coarser, error
-    gaps = _gaps(runs, hierarchies, choice, stop, known, _NEGLIGIBLE * allowed)
+    gaps = explaining_gaps(runs, hierarchies, choice, tolerance, stop, known)
     return SearchResult(choice, estimate, gaps, rejected)
+
+
+def explaining_gaps(
+    runs: RunCache, hierarchies: Hierarchies, choice: Choice, tolerance: float, stop: float, known: Known
+) -> dict[str, float]:
+    """Contributions that explain a choice that is good enough; those that only long runs would show are left out."""
+    negligible, left, gaps = _NEGLIGIBLE * SHARE * tolerance, _EXPLAINING, {}
+    for h in hierarchies:
+        key, finer = (h.name, choice[h.name]), _finer(hierarchies, h, choice)
+        if not known.get(key, math.inf) <= negligible:
+            made = runs.cost(finer)
+            if not made and runs.cost(choice) > left:
+                continue
+            known[key] = _gap(runs, hierarchies, h, choice, choice[h.name], stop)
+            left -= runs.cost(finer) - made
+        gaps[h.name] = known[key]
+    return gaps
 
 
 def _gaps(
@@ -135,24 +156,33 @@ def _gaps(
     for h in hierarchies:
         key = (h.name, choice[h.name])
         if not known.get(key, math.inf) <= negligible:
-            known[key] = _gap(runs, h, choice, choice[h.name], stop)
+            known[key] = _gap(runs, hierarchies, h, choice, choice[h.name], stop)
         gaps[h.name] = known[key]
     return gaps
 
 
-def _gap(runs: RunCache, hierarchy: ModelHierarchy, choice: Choice, level: int, stop: float) -> float:
+def _finer(hierarchies: Hierarchies, hierarchy: ModelHierarchy, choice: Choice) -> Choice:
+    """The choice with the comparison level in one hierarchy."""
+    level = hierarchy.comparison_level(choice[hierarchy.name])
+    return with_required(hierarchies, {**choice, hierarchy.name: level})
+
+
+def _gap(
+    runs: RunCache, hierarchies: Hierarchies, hierarchy: ModelHierarchy, choice: Choice, level: int, stop: float
+) -> float:
     """Difference between `level` and the comparison level of the choice in one hierarchy; nan where a run fails."""
-    finer = {**choice, hierarchy.name: hierarchy.comparison_level(choice[hierarchy.name])}
     try:
-        return runs.difference({**choice, hierarchy.name: level}, finer, stop)
+        return runs.difference({**choice, hierarchy.name: level}, _finer(hierarchies, hierarchy, choice), stop)
     except CosimError:
         return math.nan
 
 
-def _refined_level(runs: RunCache, hierarchy: ModelHierarchy, choice: Choice, allowed: float, stop: float) -> int:
+def _refined_level(
+    runs: RunCache, hierarchies: Hierarchies, hierarchy: ModelHierarchy, choice: Choice, allowed: float, stop: float
+) -> int:
     """The next finer level whose remaining gap is allowed, at most the comparison level."""
     level = choice[hierarchy.name] + 1
     most = min(hierarchy.comparison_level(choice[hierarchy.name]), hierarchy.highest)
-    while level < most and _gap(runs, hierarchy, choice, level, stop) > allowed:
+    while level < most and _gap(runs, hierarchies, hierarchy, choice, level, stop) > allowed:
         level += 1
     return level

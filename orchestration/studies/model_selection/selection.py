@@ -16,19 +16,20 @@ from ...results import ResultTable
 from ...scene import Scene
 from .dimensionless_numbers import DimensionlessNumbers, dimensionless_numbers
 from .explanation import reasons, summary
-from .hierarchy import Choice, Hierarchies, choice_settings, model_hierarchies
+from .hierarchy import Choice, Hierarchies, choice_settings, model_hierarchies, with_required
 from .kept_choice import keep_choice, kept_choice
 from .proposal import propose_choice
 from .reference_level import reference_choice
 from .runs import ResumableRun, RunCache
 from .search import Known, SearchResult, coarsen, refine
+from .stiff_loops import resolve_stiff_loop, search_stiff_loop
 
 if TYPE_CHECKING:
     import xarray as xr
 
 __all__ = ["Selection", "StatusMessage", "audit", "run_selected_table", "select"]
 
-LONGEST_RUN = 30.0  # CPU time of one run of a search [s]: a hundred times that of the dearest known that succeeds
+LONGEST_RUN = 60.0  # CPU time of one run of a search [s]: three times that of the dearest known that succeeds (contact)
 SEARCH_WINDOW = 0.4  # share of the scene that the search refines on first; the whole is the check
 _TERMS = ("model", "space", "time", "coupling")
 
@@ -68,12 +69,15 @@ class Selection:
         return self.runs(self.search.choice, self.scene.stop_time)
 
     def record(self, true: float | None = None) -> dict[str, Any]:
-        """What a result says of the selection; None for errors that no run could show.
+        """What a result says of the selection; None for errors that no run showed.
 
         true: the error that an audit gave. Times are CPU times [s]: of the run after loading, of the search with
         loading.
         """
-        terms = {term: sum(self.search.gaps[h.name] for h in self.hierarchies if h.term == term) for term in _TERMS}
+        terms = {
+            term: sum(self.search.gaps.get(h.name, math.nan) for h in self.hierarchies if h.term == term)
+            for term in _TERMS
+        }
         shares = {**terms, "estimate": self.search.estimate, **({} if true is None else {"true_error": true})}
         return {
             "choice": choice_settings(self.scene, self.search.choice),
@@ -155,13 +159,17 @@ def select(
     shown = _Status(status, hierarchies)
     words = partial(summary, hierarchies)
     with contextlib.closing(RunCache(scene, shown.announce, watch, LONGEST_RUN, words)) as runs:
-        proposal = propose_choice(hierarchies, numbers, tolerance)
+        choice = propose_choice(hierarchies, numbers, tolerance)
         known: Known = {}
-        choice = refine(runs, hierarchies, proposal, tolerance, window, shown.tried, known)
-        choice = refine(
-            runs, hierarchies, choice, tolerance, stop, shown.tried, known
-        )  # at once where the rest is alike
-        search = coarsen(runs, hierarchies, choice, tolerance, stop, shown.tried, known)
+        hierarchies = resolve_stiff_loop(runs, hierarchies, numbers, choice, window)
+        requires = next((h.requires for h in hierarchies if h.name == "inertia"), {})
+        if any(least > choice[name] + 1 for name, least in requires.items()) and not choice["inertia"]:
+            search = search_stiff_loop(runs, hierarchies, numbers, choice, tolerance, window, stop, shown.tried)
+        else:
+            choice = with_required(hierarchies, choice)
+            for until in (window, stop):  # at once where the rest is alike
+                choice = refine(runs, hierarchies, choice, tolerance, until, shown.tried, known)
+            search = coarsen(runs, hierarchies, choice, tolerance, stop, shown.tried, known)
     runs.limit = math.inf  # an audit may take its time
     selection = Selection(scene, runs, hierarchies, numbers, search, time.thread_time() - begin)
     if searches_all:
