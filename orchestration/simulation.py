@@ -9,14 +9,17 @@ import sys
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
 
 from . import results
 from .cosim.converted_inputs import convert_inputs
 from .cosim.frozen_subsystem import FrozenSubsystem
 from .cosim.graph import assemble
 from .cosim.master import Master, StepLog
+from .cosim.ringing import ringing_notes
 from .cosim.settings import Coupling
 from .cosim.statistics import summarize
 from .cosim.step_control import Control, Doubling, Embedded, Fixed
@@ -100,8 +103,21 @@ class OpenSimulation:
         result = results.collect(self.scene, names, first, logs, status, warned)
         statistics = summarize(self.master, logs)
         notes = [*self.master.notes, *([self.master.ended] if self.master.ended else [])]
+        notes += ringing_notes(self.master.components, partial(_values, StepLogs.of(logs), first, names))
         result.attrs |= {"statistics": json.dumps(statistics), "notes": json.dumps(notes), "ended": self.master.ended}
         return result
+
+
+def _values(
+    logs: StepLogs,
+    first: Mapping[str, np.ndarray],
+    names: Mapping[str, Sequence[Variable]],
+    member: str,
+    asked: list[str],
+) -> np.ndarray:
+    """Return the values (1 + steps, m) of recorded variables of a member."""
+    column = {variable.name: k for k, variable in enumerate(names[member])}
+    return logs.record(member, first[member])[:, [column[name] for name in asked]]
 
 
 def _records(systems: Mapping[str, Recorder]) -> dict[str, Any]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import json
 import math
 from collections.abc import Mapping
 from dataclasses import replace
@@ -11,6 +12,7 @@ import numpy as np
 import pytest
 import tca_cosim as tca
 from tca_cosim import read
+from tca_cosim.cosim.ringing import turning_share
 from tca_cosim.studies import model_selection
 from tca_cosim.studies.model_selection.dimensionless_numbers import dimensionless_numbers
 from tca_cosim.studies.model_selection.hierarchy import ModelHierarchy, model_hierarchies
@@ -35,6 +37,52 @@ def test_fingers_with_inertia_squeeze_at_macro_steps_longer_than_the_contact_swi
         assert error < 2e-3
 
 
+def test_linear_forces_ring_with_steps_that_do_not_resolve_the_contact_and_the_result_says_so() -> None:
+    """The remedies of the note work: held forces, or steps that resolve it."""
+
+    def noted(**coupling: object) -> list[str]:
+        loose = {"left.tolerance": 1e-3, "right.tolerance": 1e-3}
+        result = tca.run("gripper", {**DYNAMIC, **loose, **{f"coupling.{key}": v for key, v in coupling.items()}})
+        return [note for note in json.loads(result.attrs["notes"]) if "turns back" in note]
+
+    (note,) = noted(waveform="linear", macro_step=0.0125)
+    assert "object.force_" in note
+    assert "make coupling.macro_step shorter, or try coupling.waveform = 'held'" in note
+    assert not noted(waveform="held", macro_step=0.0125)
+    assert not noted(waveform="linear", macro_step=0.00625)
+
+
+def test_values_ring_where_they_turn_back_in_many_steps() -> None:
+    """A vibration of twelve steps a period turns back in a sixth of them, but by less than a tenth of its range there;
+    noise that is small beside the range does not count, nor do a few turns after an event."""
+    steps = np.arange(101)
+    ring, wave, noise, few = (
+        (-1.0) ** steps,
+        np.sin(2 * np.pi * (steps + 0.1) / 12),
+        steps + (-1.0) ** steps,
+        0.0 * steps,
+    )
+    few[50:54] = 1.0, -1.0, 1.0, -1.0
+    values = np.column_stack([ring, wave, noise, few, 0.0 * steps])
+    np.testing.assert_allclose(turning_share(values), [0.99, 0.0, 0.0, 0.0, 0.0])
+    assert not turning_share(values[:3]).any()
+
+
+@pytest.mark.parametrize("waveform", ["held", "linear"])
+def test_stability_of_a_mass_on_a_stiffness_that_is_exchanged(waveform: str) -> None:
+    """Step matrix of x'' = f/m with f = -k x at the ends of steps (docs/theory/coupling.md), for k H^2/m = 0.1 to 1e4."""
+    for kappa in np.geomspace(0.1, 1e4, 41):
+        # x + y + c f0 + (1/2 - c) f1 = x1 with f = -kappa x and y = H v; c: weight of the old force.
+        c, d = (1.0 / 3.0, 0.5) if waveform == "linear" else (0.0, 0.0)
+        row = np.array([1.0 - kappa * c, 1.0]) / (1.0 + kappa * (0.5 - c))
+        speed = np.array([0.0, 1.0]) - kappa * (d * np.array([1.0, 0.0]) + (1.0 - d) * row)
+        radius = np.abs(np.linalg.eigvals([row, speed])).max()
+        if waveform == "held":
+            assert radius < 1.0
+        else:
+            assert bool(radius > 1.0 + 1e-6) is bool(kappa > 12.0)
+
+
 def resolved(name: str, *overrides: str) -> Mapping[str, int]:
     """Levels that inertia requires of other hierarchies."""
     scene = read(name, ["stop_time=4", "fidelity.tolerance=1e-2", *overrides])
@@ -46,8 +94,8 @@ def resolved(name: str, *overrides: str) -> Mapping[str, int]:
 
 
 def test_linear_forces_of_contact_require_short_macro_steps() -> None:
-    """w H = 1 for w = w1 sqrt(1 + k c): fourfold stiffness takes one halving more. Held forces and scenes without such a
-    loop require nothing."""
+    """w H = 1 for w = w1 sqrt(1 + k c), so fourfold stiffness takes one halving more; held forces require nothing, nor do
+    scenes without such a loop."""
     linear = "coupling.waveform=linear"
     once = resolved("gripper", linear)["macro"]
     assert 0.5 < 0.5**once * 3.3 * math.sqrt(34.0) <= 1.0  # gain 33 at constant bending
