@@ -70,7 +70,7 @@ def test_values_ring_where_they_turn_back_in_many_steps() -> None:
 
 @pytest.mark.parametrize("waveform", ["held", "linear"])
 def test_stability_of_a_mass_on_a_stiffness_that_is_exchanged(waveform: str) -> None:
-    """Step matrix of x'' = f/m with f = -k x at the ends of steps (docs/theory/coupling.md), for k H^2/m = 0.1 to 1e4."""
+    """Step matrix of x'' = f/m, f = -k x at the ends of steps (docs/theory/coupling.md), for k H^2/m = 0.1 to 1e4."""
     for kappa in np.geomspace(0.1, 1e4, 41):
         # x + y + c f0 + (1/2 - c) f1 = x1 with f = -kappa x and y = H v; c: weight of the old force.
         c, d = (1.0 / 3.0, 0.5) if waveform == "linear" else (0.0, 0.0)
@@ -94,8 +94,10 @@ def resolved(name: str, *overrides: str) -> Mapping[str, int]:
 
 
 def test_linear_forces_of_contact_require_short_macro_steps() -> None:
-    """w H = 1 for w = w1 sqrt(1 + k c), so fourfold stiffness takes one halving more; held forces require nothing, nor do
-    scenes without such a loop."""
+    """w H = 1 for w = w1 sqrt(1 + k c), so fourfold stiffness takes one halving more.
+
+    Held forces require nothing, nor do scenes without such a loop.
+    """
     linear = "coupling.waveform=linear"
     once = resolved("gripper", linear)["macro"]
     assert 0.5 < 0.5**once * 3.3 * math.sqrt(34.0) <= 1.0  # gain 33 at constant bending

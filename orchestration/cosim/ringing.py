@@ -21,7 +21,7 @@ _FEWEST = 10  # steps that turn back, at least: a few may follow an event
 
 
 def turning_share(values: np.ndarray) -> np.ndarray:
-    """Return the shares (m,) of the steps in which values (steps + 1, m) turn back by a tenth of their range or more."""
+    """Return the shares (m,) of steps in which values (steps + 1, m) turn back by a tenth of their range or more."""
     if len(values) < _FEWEST:
         return np.zeros(values.shape[1])
     changes = np.diff(values, axis=0)
@@ -48,9 +48,10 @@ def ringing_notes(components: Sequence[WiredComponent], record: Callable[[str, l
         shares = turning_share(record(subsystem.name, names))
         worst = int(shares.argmax())
         if shares[worst] > _OFTEN:
+            unknown = f"{subsystem.name}.{names[worst]}"
             notes.append(
-                f"{subsystem.name}.{names[worst]} turns back by more than a tenth of its range in {shares[worst]:.0%} of "
-                "the macro steps: they do not resolve how this loop swings, and the result may be far off; make "
+                f"{unknown} turns back by more than a tenth of its range in {shares[worst]:.0%} of "
+                "the macro steps: they do not resolve how this loop swings, so the result may be far off; make "
                 "coupling.macro_step shorter, or try coupling.waveform = 'held', which takes energy out of such loops"
             )
     return notes

@@ -103,7 +103,7 @@ def search_stiff_loop(
 
 
 def _with_following_steps(hierarchies: Hierarchies, choice: Choice, phase: float, tolerance: float) -> Choice:
-    """The choice with the rods' tolerance FOLLOWING, where the macro steps that inertia requires follow their motion."""
+    """The choice with the rods' tolerance FOLLOWING, where the macro steps required by inertia follow the motion."""
     halvings = with_required(hierarchies, {**choice, "inertia": 1})["macro"]
     if "step" in choice and macro_steps_follow(phase * 0.5**halvings, tolerance):
         return {**choice, "step": FOLLOWING}
