@@ -164,7 +164,7 @@ def select(
         hierarchies = resolve_stiff_loop(runs, hierarchies, numbers, choice, window)
         requires = next((h.requires for h in hierarchies if h.name == "inertia"), {})
         if any(least > choice[name] + 1 for name, least in requires.items()) and not choice["inertia"]:
-            search = search_stiff_loop(runs, hierarchies, numbers, choice, tolerance, window, stop, shown.tried)
+            search = search_stiff_loop(runs, hierarchies, choice, tolerance, window, stop, shown.tried)
         else:
             choice = with_required(hierarchies, choice)
             for until in (window, stop):  # at once where the rest is alike

@@ -19,7 +19,6 @@ from dataclasses import replace
 from ...errors import CosimError
 from .dimensionless_numbers import DimensionlessNumbers
 from .hierarchy import Choice, Hierarchies, with_required
-from .proposal import FOLLOWING, macro_steps_follow
 from .runs import RunCache
 from .search import SHARE, Known, SearchResult, Trial, coarsen, comparison_choice, explaining_gaps, refine
 
@@ -57,7 +56,6 @@ def resolve_stiff_loop(
 def search_stiff_loop(
     runs: RunCache,
     hierarchies: Hierarchies,
-    numbers: DimensionlessNumbers,
     choice: Choice,
     tolerance: float,
     window: float,
@@ -70,8 +68,6 @@ def search_stiff_loop(
     ----------
     runs, hierarchies, choice, tolerance, trial
         As those of refine(); the hierarchies are those of resolve_stiff_loop().
-    numbers : DimensionlessNumbers
-        Of the scene.
     window, stop : float
         First part of the scene, and its end [s].
 
@@ -85,7 +81,6 @@ def search_stiff_loop(
     for until in (window, stop):
         choice = refine(runs, static, choice, tolerance, until, trial, known)
     known = {key: gap for key, gap in known.items() if key[0] != "inertia"}
-    choice = _with_following_steps(hierarchies, choice, numbers.phase, tolerance)
     for until in (window, stop):
         estimate = runs.difference(choice, comparison_choice(hierarchies, choice), until)
         trial(choice, estimate)
@@ -100,14 +95,6 @@ def search_stiff_loop(
     error = runs.difference(choice, comparison_choice(hierarchies, choice), stop)
     gaps = explaining_gaps(runs, hierarchies, choice, tolerance, stop, known)
     return SearchResult(choice, error, gaps, {"inertia": estimate})
-
-
-def _with_following_steps(hierarchies: Hierarchies, choice: Choice, phase: float, tolerance: float) -> Choice:
-    """The choice with the rods' tolerance FOLLOWING, where the macro steps required by inertia follow the motion."""
-    halvings = with_required(hierarchies, {**choice, "inertia": 1})["macro"]
-    if "step" in choice and macro_steps_follow(phase * 0.5**halvings, tolerance):
-        return {**choice, "step": FOLLOWING}
-    return choice
 
 
 def _highest_macro(hierarchies: Hierarchies) -> int:
