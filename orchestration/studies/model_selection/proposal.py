@@ -30,7 +30,7 @@ def propose_choice(hierarchies: Hierarchies, numbers: DimensionlessNumbers, tole
     if "inertia" in choice and (numbers.residual >= _SWINGS or rings):
         choice["inertia"] = 1
     # Macro steps bound the steps of the integrator: where they follow the second mode, a tighter tolerance only costs.
-    # The macro step's own hierarchy halves them, and shows whether they do. Forces of other FMUs jump or kink at the ends
+    # The macro step's own hierarchy halves them, and shows whether they do. Forces of other FMUs kink at the ends
     # of macro steps: at a tight tolerance a rod with inertia follows each of them.
     follow = (_SECOND_MODE * numbers.phase) ** 4 <= _SHORT_STEP * tolerance
     if "step" in choice and (follow or numbers.loaded_by_others):
