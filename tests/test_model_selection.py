@@ -223,6 +223,10 @@ def test_reasons_say_whether_equilibria_are_arcs(name: str, arcs: bool) -> None:
     said = explanation._order({"order": 0}, SearchResult({}, 0.0, {"order": 0.0}, {}), numbers)
     assert ("equilibria are arcs exactly" in said) is arcs
     assert ("gravity number" in said) is not arcs
+    pushed = explanation._order(
+        {"order": 0}, SearchResult({}, 0.0, {"order": 0.0}, {}), replace(numbers, loaded_by_others=True)
+    )
+    assert "other FMUs push it" in pushed
 
 
 # -- runs --------------------------------------------------------------------------------------------------------------

@@ -98,7 +98,8 @@ def _inertia(level: LevelSettings, search: SearchResult, n: DimensionlessNumbers
 def _order(level: LevelSettings, search: SearchResult, n: DimensionlessNumbers) -> str:
     degree = level["order"]
     shape = f"Strains of degree {degree} along the rod" if degree else "Constant strain (order 0)"
-    why = f"gravity number {n.gravity:.2g}, tip load number {n.tip:.2g}" + ("" if n.parallel else ", TCAs not parallel")
+    why = f"gravity number {n.gravity:.2g}, tip load number {n.tip:.2g}"
+    why += ("" if n.parallel else ", TCAs not parallel") + (", other FMUs push it" if n.loaded_by_others else "")
     if n.arc:
         why = "no gravity, no load at the tip and parallel TCAs: equilibria are arcs exactly"
     return f"{shape}: {why}; {_adds(search, 'order', 'two orders more')}."
