@@ -321,6 +321,16 @@ def test_contributions_are_measured_where_runs_are_cheap(costs: float, measured:
     assert ("was not measured, since such runs take long" in said) is ("order" not in measured)
 
 
+def test_what_needs_many_more_macro_steps_is_not_measured_to_explain() -> None:
+    hierarchies = (
+        ModelHierarchy("inertia", "model", None, ({},) * 2, complete=True, requires={"macro": 5}),
+        ModelHierarchy("macro", "coupling", None, ({},) * 8),
+    )
+    runs = Made(costs=0.1, inertia=1e-3, macro=1e-3)
+    found = coarsen(runs, hierarchies, {"inertia": 0, "macro": 0}, 1e-2, 1.0, lambda c, e: None)
+    assert set(found.gaps) == {"macro"}
+
+
 def test_a_level_can_require_levels_of_others() -> None:
     """Inertia at a tip that others push back needs macro steps that resolve what comes of it."""
     inertia = ModelHierarchy("inertia", "model", None, ({},) * 2, complete=True, requires={"macro": 4})

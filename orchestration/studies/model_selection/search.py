@@ -139,8 +139,8 @@ def explaining_gaps(
     for h in hierarchies:
         key, finer = (h.name, choice[h.name]), _finer(hierarchies, h, choice)
         if not known.get(key, math.inf) <= negligible:
-            made = runs.cost(finer)
-            if not made and runs.cost(choice) > left:
+            made, halvings = runs.cost(finer), finer.get("macro", 0) - choice.get("macro", 0)
+            if not made and runs.cost(choice) * 2.0**halvings > left:
                 continue
             known[key] = _gap(runs, hierarchies, h, choice, choice[h.name], stop)
             left -= runs.cost(finer) - made
