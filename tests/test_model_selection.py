@@ -325,10 +325,11 @@ def test_what_needs_many_more_macro_steps_is_not_measured_to_explain() -> None:
     hierarchies = (
         ModelHierarchy("inertia", "model", None, ({},) * 2, complete=True, requires={"macro": 5}),
         ModelHierarchy("macro", "coupling", None, ({},) * 8),
+        ModelHierarchy("order", "space", None, ({},) * 8),
     )
-    runs = Made(costs=0.1, inertia=1e-3, macro=1e-3)
-    found = coarsen(runs, hierarchies, {"inertia": 0, "macro": 0}, 1e-2, 1.0, lambda c, e: None)
-    assert set(found.gaps) == {"macro"}
+    runs = Made(costs=0.1, inertia=1e-3, macro=1e-3, order=1e-3)
+    found = coarsen(runs, hierarchies, dict.fromkeys(("inertia", "macro", "order"), 0), 1e-2, 1.0, lambda c, e: None)
+    assert set(found.gaps) == {"macro", "order"}
 
 
 def test_a_level_can_require_levels_of_others() -> None:
