@@ -91,8 +91,12 @@ def test_blocks_give_what_the_master_gives(name: str, taken: list[int], monkeypa
     ],
     ids=["fails", "does not converge", "goes too far", "halves"],
 )
+@pytest.mark.parametrize("limit", [block_steps.LIMIT, 1e-9], ids=["", "when the time is over"])
 @pytest.mark.slow
-def test_a_step_that_fails_is_the_masters(overrides: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_step_that_fails_is_the_masters(
+    overrides: dict[str, Any], limit: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(block_steps, "LIMIT", limit)
     assert_same(run("step", overrides), by_the_master(monkeypatch, "step", overrides))
 
 

@@ -32,15 +32,18 @@ class Block {
   long take() {
     const auto begin = Clock::now();
     std::size_t done = 0;
-    bool stuck = false;
-    while (done < steps_.steps && since(begin) < steps_.limit) {
-      if (!save()) break;  // nothing has moved yet
-      if (!step(done)) {
+    bool failed = false, stuck = false;
+    while (!failed && done < steps_.steps && since(begin) < steps_.limit) {
+      if (!save()) {
+        failed = true;  // nothing has moved yet
+      } else if (!step(done)) {
+        failed = true;
         stuck = !go_back();
-        break;
+      } else {
+        ++done;
       }
-      ++done;
     }
+    steps_.failed = failed;
     steps_.seconds = since(begin);
     return stuck ? -1 : static_cast<long>(done);
   }

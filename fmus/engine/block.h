@@ -85,6 +85,7 @@ typedef struct {
   double* combined;                     /* (steps, n, 2n) secants of the last loop after each step */
   size_t* kept;                         /* (steps) */
   double seconds, recording_seconds;    /* of all steps, and of it for records */
+  int failed;                           /* whether a step failed, in place of the time being over */
 } TcaSteps;
 
 /* Takes steps until one fails, or the time is over. Returns how many. A step that fails in any way, or with a warning,

@@ -94,4 +94,5 @@ class Steps(ctypes.Structure):
         *((name, _DOUBLES) for name in ("records", "logs", "combined", "kept")),
         ("seconds", c_double),
         ("recording_seconds", c_double),
+        ("failed", c_int),
     )

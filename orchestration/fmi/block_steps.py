@@ -95,7 +95,7 @@ class BlockSteps:
         call = c.Steps(count, *(address(array) for array in (times, lengths, ends, signals)), limit=LIMIT)
         call.records, call.logs, call.combined, call.kept = (address(a) for a in (records, logs, combined, kept))
         done = self._call(call)
-        failed = done < count and call.seconds < LIMIT
+        failed = bool(call.failed)
         reached = float(times[done - 1] + lengths[done - 1]) if done else time
         for each in self._nodes:
             each.store(max(done, 0), reached, failed)
