@@ -4,8 +4,9 @@ fixtures of several modules."""
 from __future__ import annotations
 
 import os
+import signal
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -181,3 +182,11 @@ def step_result() -> xr.Dataset:
 @pytest.fixture(scope="session")
 def step_field(step_result: xr.Dataset) -> Field:
     return field(step_result, "thermal", np.arange(49))
+
+
+@pytest.fixture
+def interruptible() -> Iterator[None]:
+    """Let SIGINT raise KeyboardInterrupt: a shell's jobs in the background start with it ignored."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)

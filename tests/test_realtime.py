@@ -82,6 +82,7 @@ def test_the_same_work_beside_every_step_shows_the_host() -> None:
     assert np.isnan(run_realtime(tca.read("drop", DROP), 0.0).fixed).all()
 
 
+@pytest.mark.usefixtures("interruptible")
 def test_the_user_stops_a_run_and_keeps_its_steps() -> None:
     scene = tca.read("drop", ["stop_time=60", "coupling.macro_step=1 ms"])
     reached: list[float] = []
@@ -101,6 +102,7 @@ def test_the_user_stops_a_run_and_keeps_its_steps() -> None:
     assert partial.times[-1] >= reached[-1] > 0.0
 
 
+@pytest.mark.usefixtures("interruptible")
 def test_the_command_shows_and_writes_what_was_measured_until_ctrl_c(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
