@@ -7,17 +7,17 @@
 
 namespace rod {
 
-/// Reads the pack, or the number, that starts at this place of an array.
+/// Reads the pack, or the number, at the begin of an array.
 template <class Value>
-ROD_INLINE Value load(const double* place) {
+ROD_INLINE Value load(const double* array) {
   Value value;
-  std::memcpy(&value, place, sizeof value);
+  std::memcpy(&value, array, sizeof value);
   return value;
 }
 /// Writes it.
 template <class Value>
-ROD_INLINE void store(double* place, const Value& value) {
-  std::memcpy(place, &value, sizeof value);
+ROD_INLINE void store(double* array, const Value& value) {
+  std::memcpy(array, &value, sizeof value);
 }
 
 /// Adds factor[j] x[j], arrays of n numbers, to y for j = 0, 1, ... `terms` - 1, one after the other.
