@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+import tca_cosim as tca
 from fmpy.fmi1 import FMICallException
 from fmu_host import ROOT, FMU2Host
 from scipy.linalg import expm
@@ -156,3 +157,15 @@ def test_refuses_with_name_value_and_remedy(bad: dict[str, float], words: list[s
         text = " ".join(fmu.messages)
         for word in words:
             assert word in text
+
+
+@pytest.mark.parametrize("order", [3, 5])
+def test_the_work_on_an_undamped_rod_grows_with_the_fifth_root_of_the_tolerance(order: int):
+    """As for a method of order 5 whose steps only accuracy limits: by 10^(1/5) = 1.58 for each decade."""
+    work = []
+    for tolerance in (1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10):
+        settings = {"rod.body.retardation": 0.0, "rod.order": order, "rod.tolerance": tolerance, "stop_time": "0.3 s"}
+        work.append(float(tca.run("drop", settings)["rod.evaluations"][-1]))
+    growth = np.array(work[1:]) / work[:-1]
+    assert growth.max() < 1.75
+    assert 1.35 < (work[-1] / work[0]) ** 0.2 < 1.65

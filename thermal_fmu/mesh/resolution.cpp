@@ -30,7 +30,7 @@ class Responses {
     steady_ = at(0.0);
   }
 
-  /// Of all channels, (TCAs, surface) x (TCAs, surface).
+  /// Steady response of each TCA and the surface (rows) to heat in each TCA and at the surface (columns).
   const MatrixXd& steady() const { return steady_; }
 
   Units units() const {
