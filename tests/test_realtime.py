@@ -5,7 +5,6 @@ from __future__ import annotations
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import numpy as np
@@ -48,30 +47,20 @@ def test_deadlines_that_cannot_be_met_are_missed_and_said() -> None:
     assert run_realtime(tca.read("drop", DROP), 0.0).misses == 0  # as fast as it can: there is no deadline
 
 
-def test_what_others_take_is_no_miss_of_the_steps() -> None:
-    result = run_realtime(tca.read("drop", DROP), 0.01)
+@pytest.mark.parametrize("period", [1e-4, 0.01])
+def test_what_others_take_is_no_miss_of_the_steps(period: float) -> None:
+    """Steps as late as they are for a thread that has a core whenever it asks for one."""
+    result = run_realtime(tca.read("drop", DROP), period)
     if np.isnan(result.busy).any():
         pytest.skip("no clock of a thread's processor time")
     assert (result.busy > 0.0).all()
     assert (result.busy <= result.durations + 1e-6).all()  # read within
-    assert result.own_misses == 0  # of 10 ms none needs more, on a busy machine either
+    end, expected = 0.0, 0
+    for k, busy in enumerate(result.busy):
+        end = max(end, k * period) + busy
+        expected += end > (k + 1) * period
+    assert abs(result.own_misses - expected) <= 1  # periods are whole nanoseconds
     assert result.own_misses <= result.misses
-
-
-@pytest.mark.parametrize(("period", "least", "most"), [(0.002, 0.3, 0.98), (0.04, 0.0, 0.3)])
-def test_the_wait_for_a_step_is_awake_for_at_most_two_milliseconds(period: float, least: float, most: float) -> None:
-    """A sleeping core wakes late; one that never sleeps is taken from a thread of real-time priority."""
-    scene = tca.read("drop", ["stop_time=0.04", "coupling.macro_step=1 ms"])
-    run_realtime(scene, 0.0)
-    begin = time.process_time()
-    run_realtime(scene, 0.0)
-    middle = time.process_time()
-    result = run_realtime(scene, period)
-    if not result.scheduled:
-        pytest.skip("the system grants no real-time priority")
-    waiting = (time.process_time() - middle) - (middle - begin)
-    share = waiting / (40 * period)
-    assert least < share < most
 
 
 def test_the_same_work_beside_every_step_shows_the_host() -> None:

@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "engine/engine.h"
+#include "engine/pacing.hpp"
 #include "engine/run.hpp"
 #include "engine/watch.hpp"
 
@@ -46,13 +47,9 @@ double thread_time() {
 
 constexpr size_t rehearsed = 3;  // steps: as many samples as the polynomials of inputs go through
 
-// Waits until a step is due: asleep first, then awake. A core that sleeps wakes late, that of a virtual machine by
-// milliseconds once its host has given it to others; but a kernel stops a thread of real-time priority that never
-// sleeps (Linux: for 50 ms of each second). So a tenth of the period is slept, and what exceeds the last 2 ms.
 void wait_until(Clock::time_point due, Clock::duration period) {
-  constexpr auto awake = std::chrono::milliseconds(2);
   const auto now = Clock::now();
-  if (due > now + period / 5) std::this_thread::sleep_until(std::max(now + period / 10, due - awake));
+  if (const auto wake = engine::wake_time(now, due, period); wake > now) std::this_thread::sleep_until(wake);
   while (Clock::now() < due) {
   }
 }
