@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from pathlib import Path
 
@@ -52,17 +53,29 @@ def test_explicit_exchange_of_contact_has_the_limits_of_theory(
         assert chatters is not stable
 
 
-@pytest.mark.parametrize("method", ["iqn", "newton"])
-def test_contact_that_sets_in_within_a_step_wants_shorter_ones(method: str) -> None:
-    """At k c = 7000 the response bends from slope 0 to k within the shortest step of the default; the message's remedy
-    works, and the force is that of a nearly rigid contact."""
-    stiff = {**SHORT, "stop_time": 1.5, "object.stiffness": 1e4, "coupling.method": method}
+def test_contact_that_sets_in_within_a_step_wants_quasi_newton_or_shorter_steps() -> None:
+    """At k c = 7000 the response bends from slope 0 to k within the shortest step of the default. Newton's method
+    cycles there; both remedies of its message work, and the force is that of a nearly rigid contact."""
+    stiff = {**SHORT, "stop_time": 1.5, "object.stiffness": 1e4, "coupling.method": "newton"}
     with pytest.raises(tca.CouplingError, match=r"a larger coupling\.halvings|Raise coupling\.halvings"):
         tca.run("gripper", stiff)
-    result = tca.run("gripper", {**stiff, "coupling.halvings": 12})
+    shorter = tca.run("gripper", {**stiff, "coupling.halvings": 12})
+    safeguarded = tca.run("gripper", {**stiff, "coupling.method": "iqn", "coupling.halvings": 0})
+    assert safeguarded["coupling.sweeps"].sum() < 0.7 * shorter["coupling.sweeps"].sum()
     soft = tca.run("gripper", {**SHORT, "stop_time": 1.5})
-    assert 300.0 < float(result["coupling.gain"][-1]) < 1000.0  # k c where the contact is not yet fully set in
-    assert 1.0 < float(result["object.force_left"][-1] / soft["object.force_left"][-1]) < 1.2
+    for result in (shorter, safeguarded):
+        assert 300.0 < float(result["coupling.gain"][-1]) < 1000.0  # k c where the contact is not yet fully set in
+        assert 1.0 < float(result["object.force_left"][-1] / soft["object.force_left"][-1]) < 1.2
+
+
+@pytest.mark.parametrize("dynamic", [False, True])
+def test_no_step_is_taken_back_where_contact_sets_in(dynamic: bool) -> None:
+    """The left finger arrives first, so that one force has a size to go by while the other is still zero."""
+    inertia = {"left.dynamic": True, "right.dynamic": True, "left.tolerance": 1e-3, "right.tolerance": 1e-3}
+    result = tca.run("gripper", {"stop_time": 3.0, "coupling.halvings": 0, **(inertia if dynamic else {})})
+    statistics = json.loads(result.attrs["statistics"])
+    assert statistics["rejected_steps"] == 0
+    assert statistics["sweeps_per_step"] < 6.0
 
 
 def test_files_that_make_no_fmu_are_refused(tmp_path: Path) -> None:

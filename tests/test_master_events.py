@@ -129,16 +129,19 @@ def test_the_first_guess_continues_values_and_slopes() -> None:
 
 
 def test_undeclared_nominals_follow_the_values_in_steps_of_ten() -> None:
-    """A value and its rate have one nominal; what is small beside the others in its unit is noise."""
+    """A value and its rate have one nominal. One that is zero yet has that of the largest in its unit; what is small
+    beside the others in its unit is noise."""
     system = linear("a", [0], [], [[1], [1]], [[], []], [0], "", "y z")
     system.outputs = tuple(Port(name, "N", has_nominal=False) for name in "yz")
     node = Node(system, (), (), np.zeros((4, 0)))
     interface = InterfaceVector([TornOutputs(node, np.array([0, 1]), np.ones(2))], [True])
     assert not interface.adapt(np.zeros(4))
     assert interface.adapt(np.array([2.0, 1e-9, 6.0, 0.0]))
-    assert interface.scale == pytest.approx([6.0, 6e-3, 6.0, 6e-3])
+    assert interface.scale == pytest.approx([6.0, 6.0, 6.0, 6.0])
     assert not interface.adapt(np.array([50.0, 0.0, 0.0, 0.0]))
     assert interface.adapt(np.array([70.0, 0.0, 0.0, 0.0]))
+    assert interface.scale == pytest.approx([70.0, 70.0, 70.0, 70.0])
+    assert interface.adapt(np.array([0.0, 1e-3, 0.0, 0.0]))
     assert interface.scale == pytest.approx([70.0, 0.07, 70.0, 0.07])
     assert interface.adapt_provisionally(np.array([0.0, 4.0, 0.0, 0.0]))
     assert interface.adapt(np.array([0.0, 0.1, 0.0, 0.0]))  # the solution is smaller than the first sweep

@@ -7,8 +7,8 @@ namespace engine {
 
 namespace {
 
-// The values of orchestration/cosim/acceleration (__init__.py, history.py): both must give the same bits.
-constexpr double blind_share = 1e-3, noise_share = 0.01, max_blind_step = 0.02;
+// Those of orchestration/cosim/acceleration (__init__.py, history.py, quasi_newton.py): both must give the same bits.
+constexpr double blind_share = 1e-3, noise_share = 0.01, max_blind_step = 0.02, stalled = 0.5;
 
 }  // namespace
 
@@ -68,6 +68,8 @@ LoopResult Loop::solve(double time, double length, double end) {
   past_.guess(end, x_.data());
   const double* scale = component_.scale;
   LoopResult result;
+  double before = HUGE_VAL, least = HUGE_VAL;  // residuals of earlier sweeps
+  bool grown = false;
   for (;;) {
     for (std::size_t i = 0; i < n_; ++i) difference_[i] = (x_[i] - start_[i]) / scale[i];
     if (!(norm(difference_.data(), n_) <= block_.radius)) return {};
@@ -98,6 +100,11 @@ LoopResult Loop::solve(double time, double length, double end) {
       return result;
     }
     if (result.sweeps >= static_cast<double>(block_.max_sweeps)) return {};
+    grown = grown || result.residual > before;
+    const bool late = result.sweeps > static_cast<double>(n_ + 2) && result.residual > stalled * least;
+    if (late && grown) return {};  // what comes then is in quasi_newton.py alone
+    before = result.residual;
+    least = std::min(least, before);
     update();
   }
 }

@@ -78,51 +78,53 @@ class InterfaceVector:
         self.fits_nominals = bool(self.adaptive.any())
         self.with_rates = any(with_rates)
         self._adapted = self._provisional = False
+        self._unseen = np.zeros(self.size, dtype=bool)  # (n,) unknowns that were zero when nominals were fitted
 
     def adapt(self, values: np.ndarray) -> bool:
         """Fit undeclared nominals to accepted values (n,) of the unknowns; True where they change.
 
         A nominal is the largest size seen so far, at least SMALL of the largest in the same unit and TINY of the
-        largest at all: what stays below is noise of the others.
+        largest at all: what stays below is noise of the others. Such a value, as the force of a contact that has not
+        set in, tells no size, so its nominal is the largest in its unit until it grows.
         """
         if not self.fits_nominals:
             return False
         self._sizes = _larger(self._sizes, values)
-        wanted = self._fitted(self._sizes)
-        if wanted is None:
+        wanted, unseen = self._fitted(self._sizes)
+        if unseen[self.adaptive].all():
             return False
-        keeps = bool((wanted <= GROWTH * self.scale).all()) and self._adapted
-        if self._provisional:
-            keeps = keeps and bool((GROWTH * wanted >= self.scale).all())
+        doubtful = self._unseen | self._provisional
+        keeps = bool((wanted <= GROWTH * self.scale).all() and (GROWTH * wanted >= self.scale)[doubtful].all())
+        keeps = keeps and self._adapted
         self._adapted, self._provisional = True, False
         if not keeps:
-            self.scale = wanted
+            self.scale, self._unseen = wanted, unseen
         return not keeps
 
     def adapt_provisionally(self, values: np.ndarray) -> bool:
         """Fit undeclared nominals to the values (n,) of a first sweep that are too large for them, until adapt()."""
         if not self.fits_nominals:
             return False
-        wanted = self._fitted(_larger(self._sizes, values))
-        if wanted is None or (self._adapted and (wanted <= GROWTH * self.scale).all()):
+        wanted, unseen = self._fitted(_larger(self._sizes, values))
+        if unseen[self.adaptive].all() or (self._adapted and (wanted <= GROWTH * self.scale).all()):
             return False
-        self.scale, self._adapted, self._provisional = wanted, True, True
+        self.scale, self._unseen, self._adapted, self._provisional = wanted, unseen, True, True
         return True
 
-    def _fitted(self, sizes: np.ndarray) -> np.ndarray | None:
-        """Return nominals (n,) for sizes (n,) of the unknowns; None while all sizes are zero."""
-        largest = sizes[self.adaptive].max()
-        if largest == 0.0:
-            return None
+    def _fitted(self, sizes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return nominals (n,) for sizes (n,) of the unknowns, and (n,) whether these are too small to tell one."""
         sizes = sizes.copy()
         for _, _, where, slopes in self._layout:  # a value and its rate times the length are of one size
             if slopes is not None:
                 sizes[where] = sizes[slopes] = np.maximum(sizes[where], sizes[slopes])
+        largest = sizes[self.adaptive].max()
+        unseen = sizes <= TINY * largest
         floors = np.full(self.size, TINY * largest)
-        for unit in set(self._units[self.adaptive]) - {"1"}:
+        for unit in set(self._units[self.adaptive]):
             alike = self._units == unit
-            floors[alike] = np.maximum(floors[alike], SMALL * sizes[alike].max())
-        return np.where(self.adaptive, np.maximum(sizes, floors), self.scale)
+            share = np.where(unseen[alike], 1.0, SMALL if unit != "1" else 0.0)
+            floors[alike] = np.maximum(floors[alike], share * sizes[alike].max())
+        return np.where(self.adaptive, np.maximum(sizes, floors), self.scale), unseen
 
     def name(self, k: int) -> str:
         """Return the output behind the unknown k, for messages: 'rod.delta', or its rate."""

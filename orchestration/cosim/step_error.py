@@ -54,10 +54,11 @@ def give_up(time: float, step: float, failure: StepError, method: str) -> Coupli
     gain = failure.gain
     if gain >= 1.0 and method in ANY_GAIN:
         remedy = (
-            f"coupling.method = {method!r} needs a response of the loop that changes little within a step, not as that "
-            "of contact: let failed steps get shorter with a larger coupling.halvings, make "
-            "coupling.macro_step smaller, reduce the inputs and loads, or let one FMU close the loop itself"
+            f"The response of the loop bends too much within this step for coupling.method = {method!r}, as where "
+            "contact sets in: let failed steps get shorter with a larger coupling.halvings, make coupling.macro_step "
+            "smaller, reduce the inputs and loads, or let one FMU close the loop itself"
         )
+        remedy += "" if method == "iqn" else "; coupling.method = 'iqn' searches near such bends"
     elif gain >= 1.0:
         remedy = (
             "Plain iteration multiplies the error by the gain in each sweep: use coupling.method = 'iqn', 'newton' or "

@@ -6,10 +6,12 @@ derivatives, which cost no sweep (TangentNewton).
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
 
+from .bisection import bisected_step
 from .history import IterationHistory
 
 __all__ = ["FiniteDifferenceNewton", "TangentNewton"]
@@ -34,6 +36,10 @@ class _Memory:
     ----------
     last : float
         Norm of the residual before the last update.
+    growths : int
+        Number of updates in this macro step after which the residual was larger.
+    bisection : iterator of ndarray
+        Changes of the guess that are left of a bisected update.
     trusts_tangents : bool
         Whether the subsystems' directional derivatives are used.
     is_tangent : bool
@@ -43,6 +49,8 @@ class _Memory:
     jacobian: np.ndarray | None = None
     differences: _Differences | None = None
     last: float = np.inf
+    growths: int = 0
+    bisection: Iterator[np.ndarray] = field(default_factory=lambda: iter(()))
     trusts_tangents: bool = True
     is_tangent: bool = False
 
@@ -68,9 +76,17 @@ class FiniteDifferenceNewton:
         memory = history.memory = history.memory or _Memory()
         if len(history.r) == 1:  # a new macro step: only the Jacobian is kept
             memory.differences, memory.last, memory.is_tangent = None, np.inf, False
+            memory.growths, memory.bisection = 0, iter(())
         if memory.differences is not None:
             return self._next_difference(memory, memory.differences, x, r)
         norm = np.abs(r).max()
+        if memory.last < norm < np.inf:
+            memory.growths += 1
+            if memory.growths > 1:  # the first may find the side of a kink that the solution is on
+                memory.bisection = bisected_step(history)
+        if (change := next(memory.bisection, None)) is not None:
+            memory.jacobian, memory.last = None, np.inf
+            return change
         if memory.jacobian is None or norm > self.contraction * memory.last:
             jacobian = self._tangent(history, memory, norm)
             if jacobian is None:
