@@ -14,18 +14,21 @@ TEST(SymmetricFactor, IsThatOfEigen) {
       Parameters p;
       p.h = transfer;
       const HeatMatrices m = must(heat_matrices(p, order));
-      SymmetricFactor factor(m.stiffness);
-      for (const double shift : {0.0, 3e-2}) {
-        Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> expected;
-        Eigen::SparseMatrix<double> shifted = m.stiffness;
-        shifted.diagonal() += shift * m.mass;
-        expected.compute(shifted);
-        factor.factor(shift * m.mass);
-        EXPECT_EQ(factor.solve(m.loads), Eigen::MatrixXd(expected.solve(m.loads)));
-        expected.setShift(shift);
-        expected.compute(m.stiffness);
-        factor.factor(shift);
-        EXPECT_EQ(factor.solve(m.loads), Eigen::MatrixXd(expected.solve(m.loads)));
+      const SymmetricFactor by_mass(m.stiffness, m.mass), by_one(m.stiffness, Eigen::VectorXd::Ones(m.size()));
+      for (const std::size_t count : {1, 2, 6}) {
+        std::vector<double> shifts;
+        for (std::size_t k = 0; k < count; ++k) shifts.push_back(3e-2 * static_cast<double>(k));
+        const auto added = by_mass.solve(shifts, m.loads), shifted = by_one.solve(shifts, m.loads);
+        for (std::size_t k = 0; k < count; ++k) {
+          Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> expected;
+          Eigen::SparseMatrix<double> sum = m.stiffness;
+          sum.diagonal() += shifts[k] * m.mass;
+          expected.compute(sum);
+          EXPECT_EQ(added[k], Eigen::MatrixXd(expected.solve(m.loads)));
+          expected.setShift(shifts[k]);
+          expected.compute(m.stiffness);
+          EXPECT_EQ(shifted[k], Eigen::MatrixXd(expected.solve(m.loads)));
+        }
       }
     }
   }

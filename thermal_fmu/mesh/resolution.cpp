@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <span>
 #include <vector>
 
 #include "mesh/insulated.hpp"
@@ -26,8 +27,8 @@ struct Units {
 class Responses {
  public:
   explicit Responses(const HeatSection& section) : section_(section) {
-    for (const HeatPart& part : section.parts) factors_.emplace_back(part.system.stiffness);
-    steady_ = at(0.0);
+    for (const HeatPart& part : section.parts) factors_.emplace_back(part.system.stiffness, part.system.mass);
+    steady_ = at(std::array{0.0})[0];
   }
 
   /// Steady response of each TCA and the surface (rows) to heat in each TCA and at the surface (columns).
@@ -52,24 +53,27 @@ class Responses {
   }
 
   /// Those of all frequencies, side by side.
-  MatrixXd dynamic(const Units& units) {
+  MatrixXd dynamic(const Units& units) const {
     const Eigen::Index channels = section_.tcas + 1;
-    MatrixXd all(section_.tcas, channels * static_cast<Eigen::Index>(kFrequencies.size()));
-    for (std::size_t k = 0; k < kFrequencies.size(); ++k)
-      all.middleCols(static_cast<Eigen::Index>(k) * channels, channels) =
-          scaled(at(kFrequencies[k] * units.slowest), units);
+    std::array<double, kFrequencies.size()> frequencies;
+    for (std::size_t k = 0; k < frequencies.size(); ++k) frequencies[k] = kFrequencies[k] * units.slowest;
+    const std::vector<MatrixXd> responses = at(frequencies);
+    MatrixXd all(section_.tcas, channels * static_cast<Eigen::Index>(frequencies.size()));
+    for (std::size_t k = 0; k < frequencies.size(); ++k)
+      all.middleCols(static_cast<Eigen::Index>(k) * channels, channels) = scaled(responses[k], units);
     return all;
   }
 
  private:
-  MatrixXd at(double s) {
-    MatrixXd sum = MatrixXd::Zero(section_.tcas + 1, section_.tcas + 1);
-    for (std::size_t k = 0; k < factors_.size(); ++k) {
-      const HeatSystem& system = section_.parts[k].system;
-      factors_[k].factor(s * system.mass);
-      add_response(section_.parts[k], system.loads.transpose() * factors_[k].solve(system.loads), sum);
+  std::vector<MatrixXd> at(std::span<const double> frequencies) const {
+    std::vector<MatrixXd> sums(frequencies.size(), MatrixXd::Zero(section_.tcas + 1, section_.tcas + 1));
+    for (std::size_t part = 0; part < factors_.size(); ++part) {
+      const MatrixXd& loads = section_.parts[part].system.loads;
+      const std::vector<MatrixXd> solutions = factors_[part].solve(frequencies, loads);
+      for (std::size_t k = 0; k < sums.size(); ++k)
+        add_response(section_.parts[part], loads.transpose() * solutions[k], sums[k]);
     }
-    return sum;
+    return sums;
   }
 
   double rise_above_surface() const {
@@ -81,7 +85,7 @@ class Responses {
       if (part.has_surface) {
         of_part.leftCols(loads - 1) = part.system.loads.transpose() * rises_above_surface(part.system);
       } else {
-        of_part = part.system.loads.transpose() * factors_[k].solve(part.system.loads);
+        of_part = part.system.loads.transpose() * factors_[k].solve(std::array{0.0}, part.system.loads)[0];
       }
       add_response(part, of_part, sum);
     }

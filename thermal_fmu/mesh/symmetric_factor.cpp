@@ -2,8 +2,10 @@
 
 #include <Eigen/OrderingMethods>
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <deque>
+#include <numeric>
 
 #include "core/spin_lock.hpp"
 
@@ -30,6 +32,41 @@ bool fits(const EliminationOrder& order, const SparseMatrix& matrix) {
          std::equal(order.rows.begin(), order.rows.end(), matrix.innerIndexPtr());
 }
 
+/// The pattern of L, row by row: columns that an entry of the upper triangle reaches along the elimination tree (Davis,
+/// Direct Methods for Sparse Linear Systems, SIAM 2006, 4.1).
+void find_factor_pattern(EliminationOrder& order) {
+  const auto size = static_cast<int>(order.diagonal_source.size());
+  const auto n = static_cast<std::size_t>(size);
+  std::vector<int> parent(n, -1), reached_by(n, -1), path(n), count(n, 0);
+  order.reach_begin.push_back(0);
+  for (int k = 0; k < size; ++k) {
+    auto top = static_cast<std::size_t>(size);
+    reached_by[static_cast<std::size_t>(k)] = k;
+    for (int entry = order.upper_begin[k]; entry < order.upper_begin[k + 1]; ++entry) {
+      std::size_t length = 0;
+      for (int i = order.upper_row[entry]; reached_by[i] != k; i = parent[i]) {
+        if (parent[i] < 0) parent[i] = k;
+        reached_by[i] = k;
+        path[length++] = i;
+      }
+      while (length > 0) path[--top] = path[--length];
+    }
+    order.reach_column.insert(order.reach_column.end(), path.begin() + static_cast<std::ptrdiff_t>(top), path.end());
+    order.reach_begin.push_back(static_cast<int>(order.reach_column.size()));
+  }
+  for (const int column : order.reach_column) ++count[column];
+  order.lower_begin.assign(n + 1, 0);
+  std::partial_sum(count.begin(), count.end(), order.lower_begin.begin() + 1);
+  std::vector<int> next(order.lower_begin.begin(), order.lower_begin.end() - 1);
+  order.lower_row.resize(order.reach_column.size());
+  for (int k = 0; k < size; ++k)
+    for (int entry = order.reach_begin[k]; entry < order.reach_begin[k + 1]; ++entry) {
+      const int place = next[order.reach_column[entry]]++;
+      order.reach_place.push_back(place);
+      order.lower_row[place] = k;
+    }
+}
+
 /// Approximate minimum degree.
 std::shared_ptr<const EliminationOrder> find_order(const SparseMatrix& matrix) {
   auto order = std::make_shared<EliminationOrder>();
@@ -40,19 +77,23 @@ std::shared_ptr<const EliminationOrder> find_order(const SparseMatrix& matrix) {
   order->to = from.inverse();
   SparseMatrix numbered = matrix;  // whose values are the numbers of its entries
   for (Index k = 0; k < numbered.nonZeros(); ++k) numbered.valuePtr()[k] = static_cast<double>(k);
-  order->upper.resize(matrix.rows(), matrix.cols());
-  order->upper.selfadjointView<Eigen::Upper>() = numbered.selfadjointView<Eigen::Lower>().twistedBy(order->to);
-  order->upper.makeCompressed();
-  order->source.resize(static_cast<std::size_t>(order->upper.nonZeros()));
-  for (std::size_t k = 0; k < order->source.size(); ++k)
-    order->source[k] = static_cast<Index>(order->upper.valuePtr()[k]);
-  order->diagonal.resize(static_cast<std::size_t>(matrix.rows()));
-  std::vector<Index> of_column(order->diagonal.size());
-  for (Index column = 0; column < order->upper.outerSize(); ++column)
-    for (Index k = order->upper.outerIndexPtr()[column]; k < order->upper.outerIndexPtr()[column + 1]; ++k)
-      if (order->upper.innerIndexPtr()[k] == column) of_column[static_cast<std::size_t>(column)] = k;
-  for (std::size_t row = 0; row < of_column.size(); ++row)
-    order->diagonal[row] = of_column[static_cast<std::size_t>(order->to.indices()[static_cast<Index>(row)])];
+  SparseMatrix upper(matrix.rows(), matrix.cols());
+  upper.selfadjointView<Eigen::Upper>() = numbered.selfadjointView<Eigen::Lower>().twistedBy(order->to);
+  order->diagonal_source.resize(static_cast<std::size_t>(matrix.rows()));
+  order->upper_begin.push_back(0);
+  for (Index column = 0; column < upper.outerSize(); ++column) {
+    for (SparseMatrix::InnerIterator entry(upper, column); entry; ++entry) {
+      const auto source = static_cast<Index>(entry.value());
+      if (entry.row() == column) {
+        order->diagonal_source[static_cast<std::size_t>(column)] = source;
+      } else {
+        order->upper_row.push_back(static_cast<int>(entry.row()));
+        order->upper_source.push_back(source);
+      }
+    }
+    order->upper_begin.push_back(static_cast<int>(order->upper_row.size()));
+  }
+  find_factor_pattern(*order);
   return order;
 }
 
@@ -73,83 +114,81 @@ std::shared_ptr<const EliminationOrder> order_of(const SparseMatrix& matrix) {
   return order;
 }
 
-using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-
-/// The solution in place of the right side. `columns`: their number where it is known when compiling, else 0.
-template <int columns>
-void substitute(const LdlSolver& solver, Rows& rows) {
-  const SparseMatrix& lower = solver.matrixL().nestedExpression();  // without its diagonal of ones
-  const Eigen::VectorXd diagonal = solver.vectorD();
-  const Index width = columns > 0 ? columns : rows.cols();
-  double* const first = rows.data();
-  const auto subtract = [width](double* from, double factor, const double* row) {
-    for (Index c = 0; c < width; ++c) from[c] -= factor * row[c];
-  };
-  const auto* const begins = lower.outerIndexPtr();
-  const auto* const indices = lower.innerIndexPtr();
-  const double* const values = lower.valuePtr();
-  const auto* const counts = lower.innerNonZeroPtr();  // null where the factor is compressed
-  const auto end = [&](Index j) { return counts ? begins[j] + counts[j] : begins[j + 1]; };
-  for (Index j = 0; j < lower.outerSize(); ++j)
-    for (auto k = begins[j]; k < end(j); ++k) subtract(first + indices[k] * width, values[k], first + j * width);
-  rows = diagonal.asDiagonal().inverse() * rows;
-  for (Index j = lower.outerSize(); j-- > 0;)
-    for (auto k = begins[j]; k < end(j); ++k) subtract(first + j * width, values[k], first + indices[k] * width);
-}
+constexpr int kLanes = 4;  // shifts whose factors are found at once: entries of L are read from four places together
 
 }  // namespace
 
-SymmetricFactor::SymmetricFactor(const SparseMatrix& matrix) : order_(order_of(matrix)), upper_(order_->upper) {
-  for (std::size_t k = 0; k < order_->source.size(); ++k) upper_.valuePtr()[k] = matrix.valuePtr()[order_->source[k]];
-  diagonal_.reserve(order_->diagonal.size());
-  for (const Index entry : order_->diagonal) diagonal_.push_back(upper_.valuePtr()[entry]);
-  {
-    const core::SpinLock lock(is_taken);
-    if (!order_->idle.empty()) {
-      ldlt_ = std::move(order_->idle.back());
-      order_->idle.pop_back();
+SymmetricFactor::SymmetricFactor(const SparseMatrix& matrix, const Eigen::VectorXd& weights)
+    : order_(order_of(matrix)),
+      upper_(order_->upper_source.size()),
+      diagonal_(order_->diagonal_source.size()),
+      weights_(diagonal_.size()) {
+  for (std::size_t k = 0; k < upper_.size(); ++k) upper_[k] = matrix.valuePtr()[order_->upper_source[k]];
+  for (std::size_t k = 0; k < diagonal_.size(); ++k) diagonal_[k] = matrix.valuePtr()[order_->diagonal_source[k]];
+  for (Index row = 0; row < weights.size(); ++row)
+    weights_[static_cast<std::size_t>(order_->to.indices()[row])] = weights[row];
+}
+
+std::vector<Eigen::MatrixXd> SymmetricFactor::solve(std::span<const double> shifts,
+                                                    const Eigen::MatrixXd& right) const {
+  std::vector<Eigen::MatrixXd> solutions(shifts.size(), Eigen::MatrixXd(right.rows(), right.cols()));
+  if (shifts.size() == 1) {
+    solve<1>(shifts.data(), right, solutions);
+    return solutions;
+  }
+  for (std::size_t first = 0; first < shifts.size(); first += kLanes) {
+    const std::size_t count = std::min<std::size_t>(kLanes, shifts.size() - first);
+    std::array<double, kLanes> some;
+    for (std::size_t k = 0; k < kLanes; ++k) some[k] = shifts[first + std::min(k, count - 1)];
+    solve<kLanes>(some.data(), right, std::span(solutions).subspan(first, count));
+  }
+  return solutions;
+}
+
+/// Factors row by row, each by substitution in those above it, then substitutes in L, D and L'. Columns of the arrays
+/// hold one number of each shift's.
+template <int lanes>
+void SymmetricFactor::solve(const double* shifts, const Eigen::MatrixXd& right,
+                            std::span<Eigen::MatrixXd> solutions) const {
+  using Lane = Eigen::Array<double, lanes, 1>;
+  using Lanes = Eigen::Array<double, lanes, Eigen::Dynamic>;
+  const EliminationOrder& order = *order_;
+  const Lane shift = Eigen::Map<const Lane>(shifts);
+  const Index size = right.rows(), columns = right.cols();
+  Lanes lower(lanes, static_cast<Index>(order.lower_row.size())), pivots(lanes, size), row = Lanes::Zero(lanes, size);
+  for (Index k = 0; k < size; ++k) {
+    for (int entry = order.upper_begin[k]; entry < order.upper_begin[k + 1]; ++entry)
+      row.col(order.upper_row[entry]) = upper_[entry];
+    Lane pivot = diagonal_[k] + shift * weights_[k];
+    for (int entry = order.reach_begin[k]; entry < order.reach_begin[k + 1]; ++entry) {
+      const int column = order.reach_column[entry], place = order.reach_place[entry];
+      const Lane value = row.col(column);
+      row.col(column) = 0.0;
+      for (int p = order.lower_begin[column]; p < place; ++p) row.col(order.lower_row[p]) -= lower.col(p) * value;
+      lower.col(place) = value / pivots.col(column);
+      pivot -= lower.col(place) * value;
     }
+    pivots.col(k) = pivot;
   }
-  if (ldlt_) return;
-  ldlt_ = std::make_unique<LdlSolver>();
-  ldlt_->analyzePattern(upper_);
-}
 
-SymmetricFactor::~SymmetricFactor() {
-  if (!ldlt_) return;  // moved from
-  const core::SpinLock lock(is_taken);
-  order_->idle.push_back(std::move(ldlt_));
-}
-
-void SymmetricFactor::factor(const Eigen::VectorXd& added) {
-  for (std::size_t row = 0; row < diagonal_.size(); ++row)
-    upper_.valuePtr()[order_->diagonal[row]] = diagonal_[row] + added[static_cast<Index>(row)];
-  ldlt_->factorize(upper_);
-}
-
-void SymmetricFactor::factor(double shift) {
-  for (std::size_t row = 0; row < diagonal_.size(); ++row)
-    upper_.valuePtr()[order_->diagonal[row]] = diagonal_[row] + shift;
-  ldlt_->factorize(upper_);
-}
-
-/// Substitutes in L, D and L', all columns of the right side at once: rows of them lie side by side.
-Eigen::MatrixXd SymmetricFactor::solve(const Eigen::MatrixXd& right) const {
-  Rows rows = order_->to * right;
-  switch (rows.cols()) {
-    case 1:
-      substitute<1>(*ldlt_, rows);
-      break;
-    case 2:
-      substitute<2>(*ldlt_, rows);
-      break;
-    case 4:
-      substitute<4>(*ldlt_, rows);
-      break;
-    default:
-      substitute<0>(*ldlt_, rows);
+  Lanes x(lanes, size * columns);  // columns of one row side by side
+  for (Index i = 0; i < size; ++i)
+    for (Index c = 0; c < columns; ++c) x.col(order.to.indices()[i] * columns + c) = right(i, c);
+  const auto subtract = [&](Index from, int place, Index of) {
+    for (Index c = 0; c < columns; ++c) x.col(from * columns + c) -= lower.col(place) * x.col(of * columns + c);
+  };
+  for (Index j = 0; j < size; ++j)
+    for (int p = order.lower_begin[j]; p < order.lower_begin[j + 1]; ++p) subtract(order.lower_row[p], p, j);
+  for (Index j = 0; j < size; ++j) {
+    const Lane inverse = pivots.col(j).inverse();
+    for (Index c = 0; c < columns; ++c) x.col(j * columns + c) *= inverse;
   }
-  return order_->to.inverse() * rows;
+  for (Index j = size; j-- > 0;)
+    for (int p = order.lower_begin[j]; p < order.lower_begin[j + 1]; ++p) subtract(j, p, order.lower_row[p]);
+  for (std::size_t k = 0; k < solutions.size(); ++k)
+    for (Index i = 0; i < size; ++i)
+      for (Index c = 0; c < columns; ++c)
+        solutions[k](i, c) = x(static_cast<Index>(k), order.to.indices()[i] * columns + c);
 }
 
 }  // namespace thermal

@@ -1,47 +1,47 @@
-// Sparse L D L' factors of one symmetric matrix plus diagonals. The order of elimination is found once per pattern and
-// kept by the process: meshes that differ in their numbers only, as in a sweep, share it.
+// Sparse L D L' factors of one symmetric matrix plus multiples of a diagonal, for several multiples at once. Where
+// entries lie is found once per pattern and kept by the process: meshes that differ in their numbers only, as in a
+// sweep, share it.
 #pragma once
 
-#include <Eigen/SparseCholesky>
+#include <Eigen/SparseCore>
 #include <memory>
+#include <span>
 #include <vector>
 
 namespace thermal {
 
-using LdlSolver =
-    Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>, Eigen::Upper, Eigen::NaturalOrdering<int>>;  // of permuted ones
-
-/// Elimination order of a pattern, and where the entries of the lower triangle lie in the permuted upper one.
+/// Elimination order of a pattern and the pattern of its factor L, a lower triangle without its diagonal of ones.
 struct EliminationOrder {
   std::vector<int> columns, rows;               // of the matrix that it belongs to, as Eigen stores it
   Eigen::PermutationMatrix<Eigen::Dynamic> to;  // from the matrix's numbers to those of elimination
-  Eigen::SparseMatrix<double> upper;            // pattern of the permuted upper triangle
-  std::vector<Eigen::Index> source;             // entry of the matrix for each of these
-  std::vector<Eigen::Index> diagonal;           // entry of `upper` for each row of the matrix
-  // Solvers that know the pattern, and that no factor uses now.
-  mutable std::vector<std::unique_ptr<LdlSolver>> idle;
+
+  // The strict upper triangle of the permuted matrix, column by column.
+  std::vector<int> upper_begin, upper_row;
+  std::vector<Eigen::Index> upper_source;  // entry of the matrix
+  std::vector<Eigen::Index> diagonal_source;
+
+  std::vector<int> lower_begin, lower_row;  // L, column by column
+  // The same row by row, in the order of a substitution: column of each entry, and its place among those of L.
+  std::vector<int> reach_begin, reach_column, reach_place;
 };
 
 class SymmetricFactor {
  public:
   using SparseMatrix = Eigen::SparseMatrix<double>;
 
-  /// Reads a compressed matrix that stores both triangles; factor() comes before solve().
-  explicit SymmetricFactor(const SparseMatrix& matrix);
-  ~SymmetricFactor();
-  SymmetricFactor(SymmetricFactor&&) = default;
+  /// Reads a compressed matrix that stores both triangles.
+  SymmetricFactor(const SparseMatrix& matrix, const Eigen::VectorXd& weights);
 
-  /// Factors the matrix plus a diagonal.
-  void factor(const Eigen::VectorXd& added);
-  /// Factors the matrix plus a multiple of the identity.
-  void factor(double shift = 0.0);
-  Eigen::MatrixXd solve(const Eigen::MatrixXd& right) const;
+  /// (matrix + shift diag(weights))^-1 right for each shift.
+  std::vector<Eigen::MatrixXd> solve(std::span<const double> shifts, const Eigen::MatrixXd& right) const;
 
  private:
+  template <int lanes>
+  void solve(const double* shifts, const Eigen::MatrixXd& right, std::span<Eigen::MatrixXd> solutions) const;
+
   std::shared_ptr<const EliminationOrder> order_;
-  SparseMatrix upper_;
-  std::vector<double> diagonal_;  // of the matrix
-  std::unique_ptr<LdlSolver> ldlt_;
+  std::vector<double> upper_;               // entries of the permuted strict upper triangle
+  std::vector<double> diagonal_, weights_;  // in the order of elimination
 };
 
 }  // namespace thermal

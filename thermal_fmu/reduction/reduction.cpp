@@ -20,6 +20,7 @@
 // all parts are ranked together.
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 #include <span>
@@ -70,17 +71,14 @@ class Krylov {
         root_(part.system.mass.cwiseSqrt()),
         a_(root_.cwiseInverse().asDiagonal() * part.system.stiffness * root_.cwiseInverse().asDiagonal()),
         b_(root_.cwiseInverse().asDiagonal() * part.system.loads),
-        factor_(a_),
+        factor_(a_, VectorXd::Ones(a_.rows())),
         basis_(part.system.size()) {}
 
   const MatrixXd& b() const { return b_; }
   const VectorXd& root() const { return root_; }
   Basis& basis() { return basis_; }
 
-  MatrixXd solve(double shift) {
-    factor_.factor(shift);
-    return factor_.solve(b_);
-  }
+  std::vector<MatrixXd> solve(std::span<const double> shifts) const { return factor_.solve(shifts, b_); }
 
   /// Holds the uniform temperature as its first basis vector, whose image is known.
   bool is_graded(bool is_insulated) const { return is_insulated && part_.has_surface; }
@@ -141,7 +139,7 @@ Start start(const HeatSection& section, std::span<Krylov> krylov) {
   Start s;
   MatrixXd response = MatrixXd::Zero(tcas + 1, tcas + 1), square = response;  // of the channels' steady temperatures
   for (std::size_t k = 0; k < krylov.size(); ++k) {
-    const MatrixXd& steady = s.steady.emplace_back(krylov[k].solve(0.0));
+    const MatrixXd& steady = s.steady.emplace_back(krylov[k].solve(std::array{0.0})[0]);
     add_response(section.parts[k], krylov[k].b().transpose() * steady, response);
     add_response(section.parts[k], steady.transpose() * steady, square);
   }
@@ -171,8 +169,10 @@ std::vector<Projection> krylov_spaces(const HeatSection& section, std::span<Kryl
     const double low = round == 0 ? lowest : highest, high = round == 0 ? highest : kFaster * highest;
     for (int shifts = 0; shifts < (round == 0 ? kMost : kMost / 2);) {
       const int until = shifts == 0 && round == 0 ? kFirst : shifts + 2;
-      for (; shifts < until; ++shifts)
-        for (Krylov& part : krylov) part.basis().add(part.solve(low * std::pow(high / low, spread(shifts))));
+      std::vector<double> next;
+      for (; shifts < until; ++shifts) next.push_back(low * std::pow(high / low, spread(shifts)));
+      for (Krylov& part : krylov)
+        for (const MatrixXd& responses : part.solve(next)) part.basis().add(responses);
       for (std::size_t k = 0; k < krylov.size(); ++k) whole[k] = krylov[k].projection(start.is_insulated);
       if (relative_bound(section, whole, start.reference) < 0.1 * tolerance) return whole;
     }
