@@ -122,6 +122,34 @@ TEST(Cyclic, SectionsThatAreNotEvenStayWhole) {
   EXPECT_EQ(must(heat_section(p, 3)).parts.size(), 2u);
 }
 
+TEST(KeptMesh, GivesTheSectionsOfANewOne) {
+  const auto same = [](const HeatSection& a, const HeatSection& b) {
+    ASSERT_EQ(a.parts.size(), b.parts.size());
+    EXPECT_EQ(a.surface_conductance, b.surface_conductance);
+    EXPECT_EQ(a.probes, b.probes);
+    for (std::size_t k = 0; k < a.parts.size(); ++k) {
+      EXPECT_EQ(a.parts[k].system.mass, b.parts[k].system.mass);
+      EXPECT_EQ(a.parts[k].system.loads, b.parts[k].system.loads);
+      EXPECT_EQ(MatrixXd(a.parts[k].system.stiffness), MatrixXd(b.parts[k].system.stiffness));
+      ASSERT_EQ(a.parts[k].copies.size(), b.parts[k].copies.size());
+    }
+  };
+  for (const double offset : {2.5e-3, 2.6e-3}) {  // cyclic, and not
+    Parameters p;
+    p.tca.offset[1] = offset;
+    must(heat_section(p, 3));
+    p.h = 40.0, p.body.k = 0.3, p.body.length = 0.05, p.body.rho_c = 1e6;
+    p.tca.k.fill(0.5), p.tca.rho_c.fill(2e6);
+    const HeatSection kept = must(heat_section(p, 3));
+    Parameters other = p;
+    for (int k = 0; k < 40; ++k) {  // more shapes than are kept
+      other.body.radius *= 1.001;
+      must(heat_section(other, 3));
+    }
+    same(kept, must(heat_section(p, 3)));
+  }
+}
+
 TEST(Cyclic, ABodyOfSlightlyUnevenTcasHasNearlyTheSameResponses) {
   Parameters even, uneven;
   uneven.tca.azimuth[1] += 1e-9;

@@ -9,8 +9,7 @@
 #include <Eigen/SparseCore>
 #include <vector>
 
-#include "mesh/cross_section.hpp"
-#include "mesh/peak.hpp"
+#include "mesh/heat_mesh.hpp"
 #include "physics/parameters.hpp"
 
 namespace thermal {
@@ -24,23 +23,26 @@ struct HeatSystem {
 };
 
 struct HeatMatrices : HeatSystem {
-  double surface_conductance = 0.0;       // h times the surface's area, the sum of `surface` [W/K]
-  std::vector<Eigen::Vector2d> points;    // of the nodes [m]
-  std::vector<int> probes;                // nodes of the TCAs and of the surface, where T_max is looked for
-  std::vector<ProbePatch> probe_patches;  // elements and edges that they belong to
-  int order = 0;                          // of the elements
-  bool is_insulated = false;              // see insulated.hpp; set where the order is searched for
-  double error = 0.0;                     // estimate for any T_i, in units of the reference rise; 0: not estimated
+  double surface_conductance = 0.0;  // h times the surface's area, the sum of `surface` [W/K]
+  std::vector<int> probes;           // as in HeatMesh
+  std::vector<ProbePatch> probe_patches;
+  int order = 0;
+  bool is_insulated = false;  // see insulated.hpp; set where the order is searched for
+  double error = 0.0;         // estimate for any T_i, in units of the reference rise; 0: not estimated
 
   Eigen::Index tcas() const { return loads.cols() - 1; }
 };
 
-/// Fails where check() of the cross-section does, or when an element is folded.
-core::Result<HeatMatrices> heat_matrices(const Parameters& parameters, int order);
+/// Distance below which nodes of different elements are one [m].
+inline double close_nodes(const Body& body) { return 1e-10 * body.radius; }
 
-/// The matrices over patches of the section that hold TCAs 1 to `tcas`; no heat passes their outer sides but those at
-/// the surface.
-core::Result<HeatMatrices> heat_matrices(const std::vector<Patch>& patches, const Parameters& parameters,
-                                         std::size_t tcas, int order);
+/// The system of a mesh that holds TCAs 1 to `tcas`; no heat passes its outer sides but those at the surface.
+HeatSystem heat_system(const HeatMesh& mesh, const Parameters& parameters, std::size_t tcas);
+
+/// The matrices of the mesh of a whole section.
+HeatMatrices heat_matrices(const HeatMesh& mesh, const Parameters& parameters);
+
+/// The same of a mesh made for them. Fails where check() of the cross-section or heat_mesh() does.
+core::Result<HeatMatrices> heat_matrices(const Parameters& parameters, int order);
 
 }  // namespace thermal

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "mesh/insulated.hpp"
@@ -28,43 +29,41 @@ class Responses {
  public:
   explicit Responses(const HeatSection& section) : section_(section) {
     for (const HeatPart& part : section.parts) factors_.emplace_back(part.system.stiffness, part.system.mass);
-    steady_ = at(std::array{0.0})[0];
   }
-
-  /// Steady response of each TCA and the surface (rows) to heat in each TCA and at the surface (columns).
-  const MatrixXd& steady() const { return steady_; }
 
   Units units() const {
     Units units;
     const Eigen::Index tcas = section_.tcas;
     Eigen::Index hottest = 0;
-    const double rise = steady_.topLeftCorner(tcas, tcas).diagonal().maxCoeff(&hottest);
-    const double above = rise - steady_(tcas, hottest) / section_.surface_conductance;
+    const MatrixXd steady = at(std::array{0.0})[0];
+    const double rise = steady.topLeftCorner(tcas, tcas).diagonal().maxCoeff(&hottest);
+    const double above = rise - steady(tcas, hottest) / section_.surface_conductance;
     units.is_insulated = is_insulated(rise, above);
     units.rise = units.is_insulated ? kSurfaceShare * rise_above_surface() : reference_rise(rise, above);
     units.slowest = 1.0 / (units.rise * heat_capacity(section_));
     return units;
   }
 
-  /// The TCAs' part in the reference rise, (TCAs) x (TCAs, surroundings); an insulated section's is not compared:
-  /// 1/(h S) whatever the mesh.
-  MatrixXd steady(const Units& units) const {
-    return units.is_insulated ? MatrixXd::Zero(section_.tcas, section_.tcas + 1).eval() : scaled(steady_, units);
-  }
-
-  /// Those of all frequencies, side by side.
-  MatrixXd dynamic(const Units& units) const {
-    const Eigen::Index channels = section_.tcas + 1;
-    std::array<double, kFrequencies.size()> frequencies;
-    for (std::size_t k = 0; k < frequencies.size(); ++k) frequencies[k] = kFrequencies[k] * units.slowest;
+  /// The TCAs' part in the reference rise, (TCAs) x (TCAs, surroundings).
+  struct OfTcas {
+    MatrixXd steady;   // zero for an insulated section: 1/(h S) whatever the mesh
+    MatrixXd dynamic;  // those of all frequencies, side by side
+  };
+  OfTcas of_tcas(const Units& units) const {
+    const Eigen::Index tcas = section_.tcas, channels = tcas + 1;
+    std::array<double, kFrequencies.size() + 1> frequencies{};
+    for (std::size_t k = 0; k < kFrequencies.size(); ++k) frequencies[k + 1] = kFrequencies[k] * units.slowest;
     const std::vector<MatrixXd> responses = at(frequencies);
-    MatrixXd all(section_.tcas, channels * static_cast<Eigen::Index>(frequencies.size()));
-    for (std::size_t k = 0; k < frequencies.size(); ++k)
-      all.middleCols(static_cast<Eigen::Index>(k) * channels, channels) = scaled(responses[k], units);
-    return all;
+    OfTcas result{MatrixXd::Zero(tcas, channels),
+                  MatrixXd(tcas, channels * static_cast<Eigen::Index>(kFrequencies.size()))};
+    if (!units.is_insulated) result.steady = scaled(responses[0], units);
+    for (std::size_t k = 0; k < kFrequencies.size(); ++k)
+      result.dynamic.middleCols(static_cast<Eigen::Index>(k) * channels, channels) = scaled(responses[k + 1], units);
+    return result;
   }
 
  private:
+  /// Response of each TCA and the surface (rows) to heat in each TCA and at the surface (columns).
   std::vector<MatrixXd> at(std::span<const double> frequencies) const {
     std::vector<MatrixXd> sums(frequencies.size(), MatrixXd::Zero(section_.tcas + 1, section_.tcas + 1));
     for (std::size_t part = 0; part < factors_.size(); ++part) {
@@ -101,7 +100,6 @@ class Responses {
 
   const HeatSection& section_;
   std::vector<SymmetricFactor> factors_;
-  MatrixXd steady_;
 };
 
 /// Changes of a response from order to order, taken for a geometric series.
@@ -138,15 +136,16 @@ core::Result<HeatSection> resolved_section(const Parameters& parameters) {
   for (int order = kLeastOrder - 1;; ++order) {
     core::Result<HeatSection> here = heat_section(parameters, order);
     if (!here.status.is_ok()) return here;
-    Responses responses(here.value);
+    const Responses responses(here.value);
     if (order < kLeastOrder) units = responses.units();
     here.value.is_insulated = units.is_insulated;
-    steady.add(responses.steady(units));
+    Responses::OfTcas of_tcas = responses.of_tcas(units);
+    steady.add(std::move(of_tcas.steady));
     if (order > kLeastOrder) {
       coarser.value.error = std::max(steady.error_before(), dynamic.error());
       if (coarser.value.error <= parameters.tolerance) return coarser;
     }
-    dynamic.add(responses.dynamic(units));
+    dynamic.add(std::move(of_tcas.dynamic));
     here.value.error = std::max(steady.cautious_error(), dynamic.error());
     if (order >= kLeastOrder && (here.value.error <= parameters.tolerance || order == kHighestOrder)) return here;
     coarser = std::move(here);

@@ -63,13 +63,21 @@ double spread(int index) {
   return x;
 }
 
+/// D matrix D with the diagonal D, in the matrix's own pattern.
+SparseMatrix scaled_both_sides(SparseMatrix matrix, const VectorXd& diagonal) {
+  for (Index column = 0; column < matrix.outerSize(); ++column)
+    for (SparseMatrix::InnerIterator entry(matrix, column); entry; ++entry)
+      entry.valueRef() = diagonal[entry.row()] * entry.value() * diagonal[column];
+  return matrix;
+}
+
 /// One part of the section in mass-orthonormal coordinates, and its growing space.
 class Krylov {
  public:
   explicit Krylov(const HeatPart& part)
       : part_(part),
         root_(part.system.mass.cwiseSqrt()),
-        a_(root_.cwiseInverse().asDiagonal() * part.system.stiffness * root_.cwiseInverse().asDiagonal()),
+        a_(scaled_both_sides(part.system.stiffness, root_.cwiseInverse())),
         b_(root_.cwiseInverse().asDiagonal() * part.system.loads),
         factor_(a_, VectorXd::Ones(a_.rows())),
         basis_(part.system.size()) {}
