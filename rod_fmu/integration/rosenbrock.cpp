@@ -151,6 +151,33 @@ core::Status start_step(const Rod& rod, const Loads& loads, double tolerance, St
 /// later steps do. Steps grow at most fivefold, so a short first one would cost loose tolerances two more.
 double first_step(double tolerance) { return 0.05 * std::max(1.0, std::pow(1e6 * tolerance, 0.2)); }
 
+/// Factor from a step with this error to the next one, with errors of that order.
+double step_factor(double error, double order) {
+  return std::isfinite(error) ? std::clamp(0.9 * std::pow(error, -1.0 / order), 0.2, 5.0) : 0.2;
+}
+
+/// Order of the errors of the attempts rejected in a row. Behind a jump of the loads it is far below that of the
+/// method, as long as steps exceed the time in which the fast modes decay (Gustafsson 1994, ACM TOMS 20, 496).
+class RejectionOrder {
+ public:
+  explicit RejectionOrder(double of_method) : of_method_(of_method) {}
+
+  /// Returns the order that this rejection and the one before it show, at most that of the method.
+  double after(double step, double error) {
+    const double shown = std::log(error / error_) / std::log(step / step_);
+    step_ = step, error_ = error;
+    return shown > 0.0 && shown < of_method_ ? std::max(shown, kLeast) : of_method_;
+  }
+
+  void forget() { step_ = error_ = 0.0; }
+
+ private:
+  static constexpr double kLeast = 0.2;  // factors are at least 0.2, so lower orders need no account
+
+  double of_method_;
+  double step_ = 0.0, error_ = 0.0;  // 0: there is none before, and `shown` is not a number
+};
+
 struct StepChoice {
   double step = 0.0;     // s
   bool last = false;     // it reaches the communication point
@@ -193,6 +220,7 @@ StepOutcome step_adaptive(const Rod& rod, const Inputs& u, double h, double tole
   const double min_step = kMinStep * std::min(h, 1.0 / rod.first_frequency());
   const double max_attempts = max_internal_steps(rod, h);
   RosenbrockStep<Tableau> attempt(rod, u, inputs.are_constant, state, scratch);
+  RejectionOrder rejections(Tableau::kOrder);
   for (int attempts = 0; done < h; ++attempts) {
     if (attempts > max_attempts || done + state.next_step == done ||
         (attempts > kTrialAttempts && done * max_attempts < 0.1 * h * attempts))
@@ -202,11 +230,9 @@ StepOutcome step_adaptive(const Rod& rod, const Inputs& u, double h, double tole
     const auto [step, last, crosses] = choose_step(rod, rest, state.next_step, may_cross);
     attempt.compute(done, step, loads);
     const double error = attempt.error_norm(tolerance);
-    const double factor =
-        std::isfinite(error) ? std::clamp(0.9 * std::pow(error, -1.0 / Tableau::kOrder), 0.2, 5.0) : 0.2;
     const Point& solution = attempt.solution();
     if (!(error <= 1.0 && rod.is_admissible(solution.q.data()))) {
-      state.next_step = step * std::min(factor, 0.9);
+      state.next_step = step * std::min(step_factor(error, rejections.after(step, error)), 0.9);
       if (state.next_step < min_step) {
         if (core::Status status = rod.check_strains(solution.q.data()); !status.is_ok() && error <= 1.0)
           return {done, std::move(status)};
@@ -215,6 +241,8 @@ StepOutcome step_adaptive(const Rod& rod, const Inputs& u, double h, double tole
       }
       continue;
     }
+    rejections.forget();
+    const double factor = step_factor(error, Tableau::kOrder);
     // A step cut short by the end of the interval says little about the next one.
     if (!last || step == state.next_step || factor < 1.0 || step * factor > state.next_step)
       state.next_step = step * factor;
