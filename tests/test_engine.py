@@ -10,6 +10,7 @@ import tca_cosim as tca
 from tca_cosim.engine import binding, plan, watched_call
 from tca_cosim.errors import CosimError
 from tca_cosim.fmi import engine_library
+from tca_cosim.studies import many_runs
 
 LOOSE = ["rod.closure=inside", "rod.order=0", "coupling.macro_step=1 s", "thermal.tolerance=1e-3", "rod.tolerance=1e-3"]
 OUTPUTS = ["rod.tip.p", "thermal.T", "thermal.V", "rod.energy.tca"]
@@ -38,6 +39,14 @@ def agree(batch: tca.BatchResult, k: int, alone: object, outputs: list[str]) -> 
         ("sine", ["rod.closure=inside", "coupling.exchange=linear", "stop_time=2"]),
         ("sine", ["rod.closure=inside", "coupling.exchange=held", "stop_time=2"]),
         ("step", [*LOOSE, "coupling.macro_step=0.7 s", "stop_time=2"]),  # a shorter last step
+        ("step", ["stop_time=2"]),  # an algebraic loop of one FMU with itself
+        ("feedback", ["stop_time=2"]),  # of two FMUs
+        ("feedback", ["stop_time=1", "coupling.schedule=jacobi"]),  # all outputs guessed
+        ("feedback", ["stop_time=1", "coupling.waveform=held"]),
+        ("switch", ["stop_time=16"]),  # with events
+        ("jump", ["stop_time=12"]),  # inside of a macro step
+        ("push", ["stop_time=8"]),  # a gain of hundreds near buckling
+        ("drop", ["stop_time=0.1", "rod.closure=exchanged", "connections=['rod.delta -> rod.delta_guess']"]),
     ],
 )
 def test_every_run_is_the_masters(name: str, overrides: list[str]) -> None:
@@ -73,6 +82,34 @@ def test_any_number_of_threads_and_the_order_of_runs_change_nothing() -> None:
     assert np.array_equal(one.outputs, turned.outputs[::-1])
 
 
+def test_a_loop_learns_nothing_from_the_run_before() -> None:
+    scene = tca.read("feedback", ["stop_time=1"])
+    values = {"rod.body.E": np.linspace(3e4, 5e4, 5)}
+    one, many = (tca.run_batch(scene, values, threads=threads) for threads in (1, 3))
+    turned = tca.run_batch(scene, {name: column[::-1] for name, column in values.items()}, threads=1)
+    assert np.array_equal(one.outputs, many.outputs)
+    assert np.array_equal(one.outputs, turned.outputs[::-1])
+
+
+def test_a_loop_that_is_not_solved_says_what_helps() -> None:
+    scene, values = tca.read("step", ["stop_time=1", "coupling.max_sweeps=3"]), {"rod.body.E": [37800.0]}
+    batch = tca.run_batch(scene, values)
+    assert batch.failures[0].startswith("rod: the algebraic loop is not solved after 3 sweeps, with a residual of ")
+    assert "coupling.max_sweeps" in batch.failures[0]
+    assert tca.run_batch(tca.read("step", ["stop_time=1"]), values).failures == ("",)
+
+
+def test_loops_are_solved_by_plain_sums_where_those_of_numpy_are_not_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    scene, values = tca.read("feedback", ["stop_time=1"]), {"rod.body.E": [37800.0, 45000.0]}
+    expected = tca.run_batch(scene, values)
+    monkeypatch.setattr(plan, "find_arithmetic", lambda unknowns, outputs: None)
+    assert not plan.EnginePlan.of(scene, [], [], ["rod.tip.p"]).rounds_as_master
+    actual = tca.run_batch(scene, values)
+    assert actual.failures == ("", "")
+    np.testing.assert_allclose(actual.outputs, expected.outputs, rtol=0.0, atol=1e-12)
+    assert many_runs.EngineRuns.of(scene, values, ["rod.tip.p"]) is None  # whose numbers are the master's
+
+
 def test_a_run_that_fails_leaves_the_others_alone() -> None:
     scene = tca.read("step", [*LOOSE, "stop_time=3"])
     good = tca.run_batch(scene, {"rod.body.E": np.array([37800.0])})
@@ -88,7 +125,9 @@ def test_a_run_that_fails_leaves_the_others_alone() -> None:
 @pytest.mark.parametrize(
     ("name", "overrides", "arguments", "said"),
     [
-        ("step", [], {"parameters": {"rod.body.E": [1.0]}}, r"algebraic loop.*rod.closure = 'inside'"),
+        ("plain", [], {"parameters": {"rod.body.E": [1.0]}}, r"loop of rod by quasi-Newton.*coupling.method = 'iqn'"),
+        ("step", ["coupling.waveform=hermite"], {"parameters": {"rod.body.E": [1.0]}}, r"coupling.waveform = 'linear'"),
+        ("gripper", [], {"parameters": {"left.body.E": [1.0]}}, "object.force_left is iterated and has no nominal"),
         ("step", [*LOOSE, "coupling.control=doubling"], {"parameters": {"rod.body.E": [1.0]}}, "coupling.control"),
         ("step", LOOSE, {"parameters": {"rod.body.Ee": [1.0]}}, "no Real parameter"),
         ("step", LOOSE, {"parameters": {"rot.body.E": [1.0]}}, "no such FMU"),

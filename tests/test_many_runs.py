@@ -67,6 +67,16 @@ def test_mistakes_in_tables_are_named(table: dict, said: str) -> None:
         tca.run_many(tca.read("step", ["stop_time=0.4"]), table)
 
 
+@pytest.mark.filterwarnings("ignore::tca_cosim.FmuWarning", "ignore::tca_cosim.SceneWarning")
+def test_a_run_with_halved_steps_is_kept_at_the_common_points() -> None:
+    scene, values = tca.read("step", ["stop_time=2", "thermal.V[1]=2.9"]), [6.9, 0.15]
+    runs = tca.run_many(scene, {"thermal.tca.R": values})
+    assert runs.failures == ("", "")
+    alone = tca.run(scene, {"thermal.tca.R": values[1]})
+    assert alone.sizes["time"] > 21  # steps that failed were halved
+    assert np.array_equal(runs["rod.tip.p"][1], alone["rod.tip.p"].sel(time=runs.times[1:]))
+
+
 def test_killed_and_resumed(tmp_path: Path) -> None:
     """Two workers; SIGKILL of the whole process group in the middle; the file is that of an uninterrupted sweep in one
     process, byte for byte."""

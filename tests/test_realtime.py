@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import signal
 import subprocess
 import sys
@@ -31,7 +32,7 @@ def test_a_paced_run_is_the_masters() -> None:
     assert result.allocations is None  # nobody counts in this process
 
 
-@pytest.mark.parametrize("name", ["drop", "tap", "pulse", "serial", "payload"])
+@pytest.mark.parametrize("name", ["drop", "tap", "pulse", "serial", "payload", "step", "feedback"])
 @pytest.mark.skipif(counting_library() is None, reason="allocations are counted on Linux")
 def test_steps_allocate_nothing(name: str, tmp_path: Path) -> None:
     done = command("realtime", name, "--set", "stop_time=0.5", "--period", "0 ms", folder=tmp_path)
@@ -110,9 +111,20 @@ def test_the_command_shows_and_writes_what_was_measured_until_ctrl_c(
     assert len((tmp_path / "drop.realtime.csv").read_text().splitlines()) > 1
 
 
+@pytest.mark.parametrize(("name", "stop"), [("step", 1.0), ("feedback", 1.0), ("switch", 16.0)])
+def test_loops_are_iterated_as_the_master_does(name: str, stop: float) -> None:
+    scene = tca.read(name, {"stop_time": stop})
+    result, alone = run_realtime(scene, 0.0, ["rod.tip.p"]), tca.run(scene)
+    np.testing.assert_allclose(result.outputs, alone["rod.tip.p"], rtol=0.0, atol=1e-14)
+    assert result.sweeps == json.loads(alone.attrs["statistics"])["most_sweeps"]
+    assert run_realtime(tca.read("drop", DROP), 0.0).sweeps == 1
+
+
 def test_a_refused_step_is_an_error() -> None:
-    with pytest.raises(tca.SceneError, match="algebraic loop"):
-        run_realtime(tca.read("step", ["stop_time=0.1"]), 0.0)
+    with pytest.raises(tca.SubsystemError, match=r"not solved after 3 sweeps.*coupling.max_sweeps"):
+        run_realtime(tca.read("step", ["stop_time=1", "coupling.max_sweeps=3"]), 0.0)
+    with pytest.raises(tca.SceneError, match="quasi-Newton"):
+        run_realtime(tca.read("plain", ["stop_time=0.1"]), 0.0)
 
 
 @pytest.mark.skipif(counting_library() is None, reason="allocations are counted on Linux")

@@ -30,10 +30,20 @@ auto with_integers(bool long_ones, Call call) {
   return long_ones ? call(std::int64_t{}) : call(std::int32_t{});
 }
 
+void plain_sums(int order, bool transpose, std::size_t rows, std::size_t columns, const double* A, std::size_t lda,
+                const double* x, double* y) {
+  const std::size_t down = order == row_major ? lda : 1, right = order == row_major ? 1 : lda;
+  std::fill_n(y, transpose ? columns : rows, 0.0);
+  for (std::size_t i = 0; i < rows; ++i)
+    for (std::size_t j = 0; j < columns; ++j)
+      transpose ? y[j] += x[i] * A[i * down + j * right] : y[i] += A[i * down + j * right] * x[j];
+}
+
 }  // namespace
 
 void Blas::gemv(int order, int transpose, std::size_t rows, std::size_t columns, const double* A, std::size_t lda,
                 const double* x, double* y) const {
+  if (!functions_.gemv) return plain_sums(order, transpose == transposed, rows, columns, A, lda, x, y);
   with_integers(functions_.long_integers, [&](auto integer) {
     using I = decltype(integer);
     as<Gemv<I>>(functions_.gemv)(order, transpose, static_cast<I>(rows), static_cast<I>(columns), 1.0, A,
@@ -43,6 +53,11 @@ void Blas::gemv(int order, int transpose, std::size_t rows, std::size_t columns,
 }
 
 double Blas::dot(std::size_t n, const double* x, std::size_t step, const double* y) const {
+  if (!functions_.dot) {
+    double sum = 0.0;
+    for (std::size_t k = 0; k < n; ++k) sum += x[k * step] * y[k];
+    return sum;
+  }
   return with_integers(functions_.long_integers, [&](auto integer) {
     using I = decltype(integer);
     return as<Dot<I>>(functions_.dot)(static_cast<I>(n), x, static_cast<I>(step), y, 1);
@@ -69,8 +84,23 @@ void Blas::vector_times(std::size_t rows, std::size_t columns, const double* A, 
     gemv(row_major, transposed, rows, columns, A, lda, x, y);
 }
 
+void Blas::vector_times_columns(std::size_t rows, std::size_t columns, const double* A, const double* x,
+                                double* y) const {
+  if (columns == 1)
+    *y = dot(rows, A, 1, x);
+  else
+    gemv(column_major, transposed, rows, columns, A, rows, x, y);
+}
+
 void Blas::times_matrix(const double* A, const double* B, std::size_t n, double* C) const {
   if (n == 1) return gemv(row_major, plain, 4, 4, A, 4, B, C);
+  if (!functions_.gemm) {
+    std::fill_n(C, 4 * n, 0.0);
+    for (std::size_t i = 0; i < 4; ++i)
+      for (std::size_t k = 0; k < 4; ++k)
+        for (std::size_t j = 0; j < n; ++j) C[i * n + j] += A[4 * i + k] * B[k * n + j];
+    return;
+  }
   with_integers(functions_.long_integers, [&](auto integer) {
     using I = decltype(integer);
     const I columns = static_cast<I>(n);

@@ -12,11 +12,6 @@ extern "C" {
 #endif
 
 typedef struct {
-  void *gemv, *gemm, *dot; /* of the BLAS that numpy uses: their rounding depends on machine and version */
-  int long_integers;       /* whether their sizes are of 64 bits */
-} TcaBlas;
-
-typedef struct {
   size_t source; /* node */
   int method;    /* TCA_CONSTANT, TCA_LINE or TCA_CUBIC */
   size_t size;

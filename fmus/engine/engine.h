@@ -1,5 +1,4 @@
-/* C interface of the engine: scenes without algebraic loops, run many times in one call, one instance of every FMU per
-   thread. Plain arrays in and out; rows of inputs and outputs are those of the Python package (tca_cosim.batch).
+/* C interface of the engine: a scene, run many times in one call, one instance of every FMU per thread. Plain arrays in and out; rows of inputs and outputs are those of the Python package (tca_cosim.batch).
 
    A member's inputs over a step are polynomials c0 + c1 s + c2 s^2/2 + c3 s^3/6 of the time s since its start. */
 #ifndef TCA_ENGINE_H
@@ -23,6 +22,7 @@ typedef struct {
   size_t source, output; /* member and index of its output */
   size_t input;          /* index of the target's input */
   int method;            /* one of the above */
+  int torn;              /* whether its end value is guessed: the source is stepped later in a sweep */
 } TcaLink;
 
 typedef struct {
@@ -46,15 +46,35 @@ typedef struct {
 } TcaMember;
 
 typedef struct {
+  void *gemv, *gemm, *dot; /* of the BLAS that numpy uses: their rounding depends on machine and version; null: plain
+                              sums */
+  int long_integers;       /* whether their sizes are of 64 bits */
+} TcaBlas;
+
+typedef struct {
+  size_t first, count;           /* members, in the order of a sweep */
+  size_t unknowns;               /* outputs that torn links guess; 0: there is no algebraic loop */
+  const size_t *source, *output; /* (unknowns) member and index of its output */
+  const double* nominals;        /* (unknowns) of these outputs */
+} TcaPart;
+
+typedef struct {
   size_t members;
-  const TcaMember* member;       /* in the order of a step: sources before targets */
+  const TcaMember* member;       /* in the order of a step: but for torn links, sources before targets */
+  size_t parts;
+  const TcaPart* part;           /* strongly connected, in the order of a step; they make up all members */
+  double coupling_tolerance;     /* of the error of a loop, share of the nominals */
+  double reach;                  /* largest distance of a guess from the start of a step, in nominals */
+  size_t max_sweeps;
+  TcaBlas blas;
   double start, stop, tolerance; /* [s], [s], relative; tolerance 0: each FMU's own */
   size_t steps;
   const double *times, *lengths; /* (steps) start and length of each step [s] */
   const double* ends;            /* (steps) [s] */
   const unsigned char* events;   /* (steps) whether inputs jump at the end of the step */
   const double* polynomials;     /* (steps, 4, inputs of all members): of signals, 0 elsewhere */
-  const double* starts;          /* (steps + 1, 2, inputs of all members): values and slopes after each event */
+  const double* starts;          /* (steps + 1, 2, inputs of all members): values and slopes after each event; before
+                                    the first step also what torn links guess at first */
   size_t driven;                 /* inputs that each run has of its own, held over a step */
   const size_t* driven_columns;  /* among the inputs of all members */
 } TcaPlan;
@@ -78,6 +98,7 @@ typedef struct {
   size_t steps, misses;  /* of the steps counted: those that ended after the next one was due */
   size_t own_misses;     /* those that had done so too, had the thread had its core from each due time on */
   size_t allocations;    /* calls of the allocator in them; 0 where engine/counting.cpp is not loaded */
+  size_t sweeps;         /* most sweeps of a loop in one of them */
   double period;         /* [s]; given */
   double worst;          /* longest computation of a step [s] */
   double worst_lateness; /* of the beginning of a step after its due time [s] */

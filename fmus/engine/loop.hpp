@@ -3,16 +3,11 @@
 
 #include <vector>
 
+#include "engine/iteration.hpp"
 #include "engine/past_solutions.hpp"
-#include "engine/secants.hpp"
 #include "engine/subsystem.hpp"
 
 namespace engine {
-
-struct LoopResult {
-  bool good = false;
-  double sweeps = 0.0, residual = 0.0, error = 0.0;
-};
 
 class Loop {
  public:
@@ -26,15 +21,13 @@ class Loop {
  private:
   void pack(const double* (*sample)(Subsystem&), double* x);
   bool sweep(const std::vector<double>& x, double time, double length, double end);
-  void update();
+  bool restore();
 
-  const TcaBlock& block_;
   TcaComponent& component_;
   std::vector<Subsystem>& nodes_;
-  Secants secants_;
+  Iteration iteration_;
   PastSolutions past_;
-  std::size_t n_;
-  std::vector<double> start_, x_, swept_, r_, r_before_, x_before_, scaled_, secant_, rest_, difference_;
+  std::vector<double> start_, x_;
   std::vector<std::vector<double>> guesses_;  // samples of all nodes with the guess in them
   std::vector<const double*> guess_;
 };

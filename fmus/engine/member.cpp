@@ -57,13 +57,14 @@ Member::Member(const TcaMember& declared)
 }
 
 Member::~Member() {
+  if (start_) library_.free_state(component_, &start_);
   if (component_) library_.free_instance(component_);
 }
 
 const char* Member::begin(const TcaPlan& plan, const double* parameters, bool again) {
   messages_.clear();
   std::fill(inputs_.begin(), inputs_.end(), 0.0);
-  has_held_ = false;
+  has_held_ = is_initializing_ = false;
   degree_ = 0;
   known_ = 0;
   if (again && failed(library_.reset(component_))) return "fmi2Reset";
@@ -87,8 +88,11 @@ const char* Member::initialize() {
     return declared_.inputs &&
            failed(library_.set_real(component_, declared_.input_references, declared_.inputs, inputs_.data()));
   };
-  if (write()) return "setting inputs";
-  if (failed(library_.enter_initialization(component_))) return "fmi2EnterInitializationMode";
+  if (!is_initializing_) {
+    if (write()) return "setting inputs";
+    if (failed(library_.enter_initialization(component_))) return "fmi2EnterInitializationMode";
+    is_initializing_ = true;
+  }
   if (write()) return "setting inputs";
   if (declared_.outputs &&
       failed(library_.get_real(component_, declared_.output_references, declared_.outputs, current_.values.data())))
@@ -164,6 +168,22 @@ const char* Member::go_back() {
   return good ? nullptr : "fmi2SetFMUstate";
 }
 
+const char* Member::save() { return failed(library_.get_state(component_, &start_)) ? "fmi2GetFMUstate" : nullptr; }
+
+const char* Member::restore() {
+  has_held_ = false;
+  return failed(library_.set_state(component_, start_)) ? "fmi2SetFMUstate" : nullptr;
+}
+
+void Member::accept() {
+  std::swap(past_[0], past_[1]);
+  std::swap(past_[1], past_[2]);
+  past_[2].time = current_.time;
+  past_[2].values = current_.values;  // of one size: nothing is allocated
+  past_[2].rates = current_.rates;
+  if (known_ < past_.size()) ++known_;
+}
+
 const char* Member::record(double* outputs) {
   if (!declared_.recorded) return nullptr;
   return failed(library_.get_real(component_, declared_.recorded_references, declared_.recorded, outputs))
@@ -171,15 +191,14 @@ const char* Member::record(double* outputs) {
              : nullptr;
 }
 
-void Member::receive_tangent(const TcaLink& link, const Member& source) {
-  input(0, link.input) = source.current_.values[link.output];
-  if (source.declared_.needs_rates && source.known_) input(1, link.input) = source.current_.rates[link.output];
+void Member::receive_tangent(const TcaLink& link, const Member& source, const Sample& newest) {
+  input(0, link.input) = newest.values[link.output];
+  if (source.declared_.needs_rates && source.known_) input(1, link.input) = newest.rates[link.output];
 }
 
 // The polynomials are those of cosim/extrapolation.py, about the start of the step, where the last past sample lies.
-void Member::receive(const TcaLink& link, const Member& source, double time) {
-  const Sample& a = source.past_[2];
-  const Sample& b = source.current_;
+void Member::receive(const TcaLink& link, const Member& source, const Sample& newest, double time) {
+  const Sample &a = source.past_[2], &b = newest;
   const double h = b.time - a.time, value = a.values[link.output], end = b.values[link.output], rise = end - value;
   const double slope = a.rates[link.output], last = b.rates[link.output];
   const bool rates = source.declared_.needs_rates;

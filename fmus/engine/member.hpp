@@ -27,7 +27,7 @@ class Member {
 
   // Prepares another run; parameters: (columns) of that run. All of these return what failed, or null.
   const char* begin(const TcaPlan& plan, const double* parameters, bool again);
-  const char* initialize();  // with the inputs that are set
+  const char* initialize();  // with the inputs that are set, again and again where a loop is iterated
   const char* exit_initialization();
   const char* sample_after_event(double time);               // sends the inputs; the sample is the only one
   const char* step(double time, double length, double end);  // sends the inputs and advances
@@ -37,9 +37,18 @@ class Member {
   const char* keep();
   const char* go_back();
 
+  // Keeps the start of a step, and returns to it, as often as its loop is iterated.
+  const char* save();
+  const char* restore();
+
   // Inputs whose source has the sample `newest` at the end of the step, or at the instant of an event.
-  void receive(const TcaLink& link, const Member& source, double time);
-  void receive_tangent(const TcaLink& link, const Member& source);
+  void receive(const TcaLink& link, const Member& source, const Sample& newest, double time);
+  void receive_tangent(const TcaLink& link, const Member& source, const Sample& newest);
+
+  void accept();                                      // makes the sample of the end of the step the newest of the past
+  const Sample& current() const { return current_; }  // at the end of the step in progress
+  const Sample& past(size_t before = 0) const { return past_[2 - before]; }  // at its start, or that many steps before
+  size_t known() const { return known_; }                                    // such samples since the last event
 
   double& input(int order, size_t column) { return inputs_[order * declared_.inputs + column]; }
   const TcaMember& declared() const { return declared_; }
@@ -56,13 +65,14 @@ class Member {
   fmi2Component component_ = nullptr;
   std::string messages_;
   std::vector<double> inputs_, held_;  // (orders, inputs); what the FMU has, where that is constant
-  bool has_held_ = false;
+  bool has_held_ = false, is_initializing_ = false;
   int degree_ = 0;  // highest order of derivatives sent in this run
   std::vector<fmi2ValueReference> derivative_references_;
   std::vector<fmi2Integer> derivative_orders_, ones_;
   std::array<Sample, 3> past_;  // newest last
   size_t known_ = 0;            // how many of them there are
-  Sample current_;              // at the end of the step in progress
+  Sample current_;
+  fmi2FMUstate start_ = nullptr;  // of a step
 
   struct Kept {
     fmi2FMUstate state = nullptr;
@@ -71,8 +81,6 @@ class Member {
     size_t known = 0;
     Sample current;
   } kept_;
-
-  friend class Run;
 };
 
 }  // namespace engine

@@ -23,7 +23,7 @@ void PastSolutions::add(double time, const double* solution) {
 
 void PastSolutions::guess(double time, double* values) {
   const std::size_t count = loop_.solved;
-  std::size_t degree = 2;
+  std::size_t degree = std::min<std::size_t>(2, count - 1);
   double least = HUGE_VAL;
   for (std::size_t each = 1; each + 1 < count && count > TCA_LEAST; ++each) {
     extrapolate(count - 2 - each, count - 1, loop_.times[count - 1], guess_.data());

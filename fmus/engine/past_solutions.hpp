@@ -12,7 +12,7 @@ class PastSolutions {
   explicit PastSolutions(TcaComponent& loop);
 
   void add(double time, const double* solution);  ///< Appends the solution (n); the oldest is dropped.
-  /// Writes the unknowns (n) at `time` [s]; there are at least TCA_LEAST solutions.
+  /// Writes the unknowns (n) at `time` [s]; there is at least one solution.
   void guess(double time, double* values);
 
   void remember();  ///< What there is now, for forget().

@@ -118,6 +118,7 @@ void pace(const TcaPlan& plan, engine::Run& run, double* outputs, double* durati
       break;
     }
     busy[k] = thread_time() - busy_before;
+    times.sweeps = std::max(times.sweeps, run.sweeps());
     const auto end = Clock::now();
     ++times.steps;
     engine::count_done(watch);
@@ -167,6 +168,6 @@ int tca_realtime(const TcaPlan* plan, const double* parameters, double* outputs,
 }
 
 size_t tca_plan_layout(void) {
-  return sizeof(TcaLink) + sizeof(TcaValues) + sizeof(TcaMember) + sizeof(TcaPlan) + sizeof(TcaTimes) +
-         sizeof(TcaWatch);
+  return sizeof(TcaLink) + sizeof(TcaValues) + sizeof(TcaMember) + sizeof(TcaPart) + sizeof(TcaPlan) +
+         sizeof(TcaTimes) + sizeof(TcaWatch);
 }

@@ -1,6 +1,7 @@
 #include "engine/run.hpp"
 
-#include <utility>
+#include <algorithm>
+#include <cstdio>
 
 namespace engine {
 
@@ -11,6 +12,8 @@ Run::Run(const TcaPlan& plan) : plan_(plan) {
     inputs_ += plan.member[m].inputs;
     width_ += plan.member[m].recorded;
   }
+  for (size_t p = 0; p < plan.parts; ++p)
+    parts_.push_back({plan.part[p], plan.part[p].unknowns ? std::make_unique<RunLoop>(plan, plan.part[p]) : nullptr});
   own_.assign(inputs_, -1);
   for (size_t k = 0; k < plan.driven; ++k) own_[plan.driven_columns[k]] = static_cast<long>(k);
 }
@@ -20,6 +23,31 @@ bool Run::report(const char* what, const Member& member) {
   failure_ = std::string(member.declared().name) + ": " + what;
   if (!member.messages().empty()) failure_ += ": " + member.messages();
   return false;
+}
+
+bool Run::report(const LoopResult& result, const Part& part) {
+  if (result.good) return true;
+  if (!failure_.empty()) return false;  // of a member in a sweep
+  for (size_t m = 0; m < part.declared.count; ++m) {
+    if (m) failure_ += ", ";
+    failure_ += plan_.member[part.declared.first + m].name;
+  }
+  char text[300];
+  std::snprintf(
+      text, sizeof text,
+      ": the algebraic loop is not solved after %.0f sweeps, with a residual of %.2g nominals; raise "
+      "coupling.max_sweeps or coupling.reach, make coupling.macro_step smaller, or let the master run it, which "
+      "halves such steps",
+      result.sweeps, result.residual);
+  failure_ += text;
+  return false;
+}
+
+template <class Do>
+bool Run::all_of(const Part& part, Do act) {
+  for (size_t m = part.declared.first; m < part.declared.first + part.declared.count; ++m)
+    if (!report(act(*members_[m]), *members_[m])) return false;
+  return true;
 }
 
 double Run::driven(size_t k, size_t column, double otherwise) const {
@@ -45,14 +73,13 @@ bool Run::begin(const double* parameters, const double* inputs, double* outputs)
   for (auto& member : members_)
     if (!report(member->begin(plan_, parameters, used_), *member)) return false;
   used_ = true;
+  for (Part& part : parts_)
+    if (part.loop) part.loop->begin();
   set_signals(0);
-  for (auto& member : members_) {
+  for (auto& member : members_)
     for (int order = 1; order < orders; ++order)
       for (size_t k = 0; k < member->declared().inputs; ++k) member->input(order, k) = 0.0;
-    for (size_t k = 0; k < member->declared().links; ++k)
-      member->receive_tangent(member->declared().link[k], *members_[member->declared().link[k].source]);
-    if (!report(member->initialize(), *member)) return false;
-  }
+  if (!settle(plan_.start, true, [](Member& member) { return member.initialize(); })) return false;
   for (auto& member : members_)
     if (!report(member->exit_initialization(), *member)) return false;
   return arrive(0, plan_.start) && record(outputs);
@@ -61,23 +88,48 @@ bool Run::begin(const double* parameters, const double* inputs, double* outputs)
 bool Run::rehearse(size_t steps) {
   for (auto& member : members_)
     if (!report(member->keep(), *member)) return false;
+  for (Part& part : parts_)
+    if (part.loop) part.loop->remember();
   std::vector<double> row(width_);
   for (size_t k = 0; k < steps && step(k, row.data()); ++k) {
   }
   bool good = true;
   for (auto& member : members_) good = report(member->go_back(), *member) && good;
+  for (Part& part : parts_)
+    if (part.loop) part.loop->forget();
   if (good) failure_.clear();  // a step that fails now fails again when it is its turn
   return good;
 }
 
-bool Run::arrive(size_t row, double time) {
-  set_signals(row);
-  for (auto& member : members_) {
-    for (size_t k = 0; k < member->declared().links; ++k)
-      member->receive_tangent(member->declared().link[k], *members_[member->declared().link[k].source]);
-    if (!report(member->sample_after_event(time), *member)) return false;
+// Consistent inputs and outputs of all members at one instant, part after part; evaluate(member) gives its outputs with
+// the inputs that are set. initial: nothing is known of any output yet.
+template <class Evaluate>
+bool Run::settle(double time, bool initial, Evaluate evaluate) {
+  for (Part& part : parts_) {
+    const auto sweep = [&](bool guessed) {
+      return all_of(part, [&](Member& member) {
+        for (size_t k = 0; k < member.declared().links; ++k) {
+          const TcaLink& link = member.declared().link[k];
+          const Member& source = *members_[link.source];
+          if (link.torn && guessed)
+            member.receive_tangent(link, source, part.loop->guess(link.source));
+          else if (!link.torn || !initial)
+            member.receive_tangent(link, source, source.current());
+        }
+        return evaluate(member);
+      });
+    };
+    if (!sweep(false)) return false;
+    if (!part.loop) continue;
+    if (!report(part.loop->settle(members_, time, !initial, [&] { return sweep(true); }), part)) return false;
+    part.loop->arrive();
   }
   return true;
+}
+
+bool Run::arrive(size_t row, double time) {
+  set_signals(row);
+  return settle(time, false, [time](Member& member) { return member.sample_after_event(time); });
 }
 
 bool Run::record(double* outputs) {
@@ -88,31 +140,48 @@ bool Run::record(double* outputs) {
   return true;
 }
 
-bool Run::step(size_t number, double* outputs) {
-  const double time = plan_.times[number], length = plan_.lengths[number], end = plan_.ends[number];
+void Run::set_polynomials(size_t m, size_t number) {
   const double* polynomials = plan_.polynomials + number * orders * inputs_;
-  for (size_t m = 0; m < members_.size(); ++m) {
-    Member& member = *members_[m];
-    for (size_t k = 0; k < member.declared().inputs; ++k) {
-      const size_t column = first_[m] + k;
-      member.input(0, k) = driven(number, column, polynomials[column]);
-      for (int order = 1; order < orders; ++order)
-        member.input(order, k) = own_[column] < 0 ? polynomials[order * inputs_ + column] : 0.0;
+  Member& member = *members_[m];
+  for (size_t k = 0; k < member.declared().inputs; ++k) {
+    const size_t column = first_[m] + k;
+    member.input(0, k) = driven(number, column, polynomials[column]);
+    for (int order = 1; order < orders; ++order)
+      member.input(order, k) = own_[column] < 0 ? polynomials[order * inputs_ + column] : 0.0;
+  }
+}
+
+// Steps the members of a part once, each with the newest samples of its sources, or what the loop guesses.
+bool Run::sweep(const Part& part, size_t number) {
+  const double time = plan_.times[number], length = plan_.lengths[number], end = plan_.ends[number];
+  return all_of(part, [&](Member& member) {
+    for (size_t k = 0; k < member.declared().links; ++k) {
+      const TcaLink& link = member.declared().link[k];
+      const Member& source = *members_[link.source];
+      member.receive(link, source, link.torn ? part.loop->guess(link.source) : source.current(), time);
     }
-    for (size_t k = 0; k < member.declared().links; ++k)
-      member.receive(member.declared().link[k], *members_[member.declared().link[k].source], time);
-    if (!report(member.step(time, length, end), member)) return false;
+    return member.step(time, length, end);
+  });
+}
+
+bool Run::step(size_t number, double* outputs) {
+  sweeps_ = 1;
+  for (size_t m = 0; m < members_.size(); ++m) set_polynomials(m, number);
+  for (Part& part : parts_) {
+    if (!part.loop) {
+      if (!sweep(part, number)) return false;
+      continue;
+    }
+    if (!all_of(part, [](Member& member) { return member.save(); })) return false;
+    const LoopResult result = part.loop->step(
+        members_, plan_.times[number], plan_.ends[number], [&] { return sweep(part, number); },
+        [&] { return all_of(part, [](Member& member) { return member.restore(); }); });
+    if (!report(result, part)) return false;
+    sweeps_ = std::max(sweeps_, static_cast<size_t>(result.sweeps));
   }
-  for (auto& member : members_) {
-    std::swap(member->past_[0], member->past_[1]);
-    std::swap(member->past_[1], member->past_[2]);
-    member->past_[2].time = member->current_.time;
-    member->past_[2].values = member->current_.values;  // of one size: nothing is allocated
-    member->past_[2].rates = member->current_.rates;
-    if (member->known_ < 3) ++member->known_;
-  }
+  for (auto& member : members_) member->accept();
   if (!record(outputs)) return false;
-  return !plan_.events[number] || arrive(number + 1, end);
+  return !plan_.events[number] || arrive(number + 1, plan_.ends[number]);
 }
 
 }  // namespace engine

@@ -30,7 +30,7 @@ def command(
     ] = "1 ms",
     folder: Folder = Path("results"),
 ) -> None:
-    """Runs a scene without loops in step with the clock and shows how long its steps take; writes NAME.realtime.csv.
+    """Runs a scene in step with the clock and shows how long its steps take; writes NAME.realtime.csv.
 
     Memory is locked and the thread gets a real-time priority where the system allows both; allocations in steps are
     counted. Exit code 1: a step missed its deadline. Ctrl-C ends the run; what was measured is shown and written.
@@ -83,10 +83,11 @@ def _show(described: Scene, result: RealtimeResult, folder: Path) -> None:
             f"{1e6 * (float(fixed.max()) - least):.0f} us at worst"
         )
     allocations = "not counted" if result.allocations is None else str(result.allocations)
+    loop = f", at most {result.sweeps} sweeps of its loop in a step" if result.sweeps > 1 else ""
     say(
         f"{described.title}: {result.durations.size} steps, {result.misses} missed their deadline, "
         f"{result.own_misses} of them by their own processor time, "
-        f"latest start {1e6 * result.worst_lateness:.1f} us after its time",
+        f"latest start {1e6 * result.worst_lateness:.1f} us after its time{loop}",
         f"allocations in steps: {allocations}; memory locked: {'yes' if result.locked else 'no'}; "
         f"real-time priority: {'yes' if result.scheduled else 'no'}; "
         f"core: {'any' if result.core is None else result.core}",

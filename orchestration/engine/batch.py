@@ -85,8 +85,7 @@ def run_batch(
     Parameters
     ----------
     scene
-        A scene without algebraic loops (rod.closure = 'inside'), with macro steps of one length and FMUs of this
-        project.
+        A scene with macro steps of one length and FMUs of this project; algebraic loops are solved by quasi-Newton.
     parameters
         Name 'member.parameter' -> values (runs,) in the parameter's unit; a vector has one value for all elements.
     inputs

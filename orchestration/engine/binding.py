@@ -8,15 +8,16 @@ from functools import lru_cache
 from typing import Any
 
 from ..errors import CosimError
+from ..fmi.block_interface import Blas
 from ..fmi.engine_library import has_layout, load_engine
 
-__all__ = ["Link", "Member", "Plan", "Times", "Values", "Watch", "library"]
+__all__ = ["Link", "Member", "Part", "Plan", "Times", "Values", "Watch", "library"]
 
 
 class Link(ctypes.Structure):
     """TcaLink."""
 
-    _fields_ = (("source", c_size_t), ("output", c_size_t), ("input", c_size_t), ("method", c_int))
+    _fields_ = (*((name, c_size_t) for name in ("source", "output", "input")), ("method", c_int), ("torn", c_int))
 
 
 class Values(ctypes.Structure):
@@ -43,12 +44,28 @@ class Member(ctypes.Structure):
     )
 
 
+class Part(ctypes.Structure):
+    """TcaPart."""
+
+    _fields_ = (
+        *((name, c_size_t) for name in ("first", "count", "unknowns")),
+        *((name, POINTER(c_size_t)) for name in ("source", "output")),
+        ("nominals", POINTER(c_double)),
+    )
+
+
 class Plan(ctypes.Structure):
     """TcaPlan."""
 
     _fields_ = (
         ("members", c_size_t),
         ("member", POINTER(Member)),
+        ("parts", c_size_t),
+        ("part", POINTER(Part)),
+        ("coupling_tolerance", c_double),
+        ("reach", c_double),
+        ("max_sweeps", c_size_t),
+        ("blas", Blas),
         *((name, c_double) for name in ("start", "stop", "tolerance")),
         ("steps", c_size_t),
         *((name, POINTER(c_double)) for name in ("times", "lengths", "ends")),
@@ -63,7 +80,7 @@ class Times(ctypes.Structure):
     """TcaTimes."""
 
     _fields_ = (
-        *((name, c_size_t) for name in ("steps", "misses", "own_misses", "allocations")),
+        *((name, c_size_t) for name in ("steps", "misses", "own_misses", "allocations", "sweeps")),
         *((name, c_double) for name in ("period", "worst", "worst_lateness")),
         ("locked", c_int),
         ("scheduled", c_int),
@@ -87,7 +104,7 @@ def library() -> Any:
         It is missing, or not for this machine or this version of the package.
     """
     loaded = load_engine()
-    if not has_layout(loaded, "tca_plan_layout", (Link, Values, Member, Plan, Times, Watch)):
+    if not has_layout(loaded, "tca_plan_layout", (Link, Values, Member, Part, Plan, Times, Watch)):
         raise CosimError(
             f"{loaded._name} belongs to another version of this package; run `make fmus`, or install the package again"
         )

@@ -1,8 +1,9 @@
 """A scene as the engine runs it: members, wiring and signals as plain arrays.
 
 The scene is opened once by the master, which checks it and decides how inputs are described; the engine does the same
-with every run. What only the master can do is refused: algebraic loops, adapted steps, discrete values, conversions
-between units, FMUs of other makers, whose libraries may have global variables that threads would share.
+with every run. What only the master can do is refused: methods of loops but quasi-Newton, adapted steps, discrete
+values, conversions between units, FMUs of other makers, whose libraries may have global variables that threads would
+share.
 """
 
 from __future__ import annotations
@@ -14,22 +15,27 @@ from typing import Any
 
 import numpy as np
 
-from ..cosim.communication_points import segments
+from ..cosim.communication_points import Segment, segments
 from ..cosim.extrapolation import BY_DEGREE, reduce_degree
+from ..cosim.graph import WiredComponent
 from ..cosim.initialization import INSTANT
 from ..cosim.node import Columns, Node
 from ..cosim.signals import Constant
 from ..errors import SceneError, similar
 from ..fmi.archive import library_path
+from ..fmi.block_interface import Blas
+from ..fmi.block_memory import TORN_METHODS
+from ..fmi.compiled_arithmetic import Arithmetic, find_arithmetic
 from ..fmi.slave import Slave
 from ..scene import Member as SceneMember
 from ..scene import Scene
 from ..simulation import OpenSimulation, open_simulation, recorded_variables
 from . import binding
 
-__all__ = ["EnginePlan", "expanded"]
+__all__ = ["EnginePlan", "communication_points", "expanded"]
 
 ROWS = 4  # of a polynomial of inputs
+BY_MASTER = "run it by the master instead (tca.run)"
 
 
 @dataclass(eq=False)
@@ -50,6 +56,8 @@ class EnginePlan:
         Name of each output -> its columns in a row.
     times : ndarray, shape (steps + 1,)
         Start and ends of the steps [s].
+    rounds_as_master : bool
+        Whether loops round as the master's; else they agree to the coupling's tolerance.
     """
 
     scene: Scene
@@ -58,6 +66,7 @@ class EnginePlan:
     inputs: tuple[str, ...]
     outputs: dict[str, slice]
     times: np.ndarray
+    rounds_as_master: bool
     kept: list[Any]  # memory that the structure points into
 
     @property
@@ -92,7 +101,10 @@ class _Builder:
     def __init__(self, scene: Scene, ready: OpenSimulation) -> None:
         self.scene, self.ready = scene, ready
         self.kept: list[Any] = []
-        self.nodes = [self._checked(component) for component in ready.master.components]
+        self.components = ready.master.components
+        for component in self.components:
+            self._check_loop(component)
+        self.nodes = [self._checked(node) for component in self.components for node in component.nodes]
         self.slaves: list[Any] = [node.subsystem for node in self.nodes]
         self.members = [scene.member(slave.name) for slave in self.slaves]
         self.first = np.cumsum([0, *(len(slave.inputs) for slave in self.slaves)])
@@ -100,21 +112,29 @@ class _Builder:
     def refuse(self, what: str, remedy: str) -> None:
         raise SceneError(f"{self.scene.name}: the engine cannot run it: {what}; {remedy}")
 
-    def _checked(self, component: Any) -> Node:
-        by_master = "run it by the master instead (tca.run)"
-        if len(component.nodes) > 1 or component.interface.size or component.nodes[0].delayed:
-            names = ", ".join(node.subsystem.name for node in component.nodes)
+    def _check_loop(self, component: WiredComponent) -> None:
+        interface, coupling = component.interface, self.scene.coupling
+        if not interface.size:
+            return
+        names = ", ".join(node.subsystem.name for node in component.nodes)
+        if coupling.method != "iqn":
+            self.refuse(f"it solves the loop of {names} by quasi-Newton alone", "set coupling.method = 'iqn'")
+        if coupling.waveform not in TORN_METHODS:
             self.refuse(
-                f"{names} form an algebraic loop", "close it inside the rod (rod.closure = 'inside', tca.beta = 0)"
+                f"it does not iterate {coupling.waveform} inputs of {names}", "set coupling.waveform = 'linear'"
             )
-        (node,) = component.nodes
+        if interface.fits_nominals:
+            k = int(np.argmax(interface.adaptive))
+            self.refuse(f"{interface.name(k)} is iterated and has no nominal", BY_MASTER)
+
+    def _checked(self, node: Node) -> Node:
         if not isinstance(node.subsystem, Slave):
-            self.refuse(f"{node.subsystem.name} is frozen, converted, or no co-simulation FMU", by_master)
+            self.refuse(f"{node.subsystem.name} is frozen, converted, or no co-simulation FMU", BY_MASTER)
         if not self.scene.member(node.subsystem.name).archive.reentrant:
-            self.refuse(f"{node.subsystem.name} is not known to be reentrant", by_master)
+            self.refuse(f"{node.subsystem.name} is not known to be reentrant", BY_MASTER)
         ports = (*node.subsystem.inputs, *node.subsystem.outputs)
-        if any(port.discrete for port in ports) or any(link.held for link in node.upstream):
-            self.refuse(f"{node.subsystem.name} exchanges discrete values", by_master)
+        if any(port.discrete for port in ports) or any(link.held for link in node.upstream) or node.delayed:
+            self.refuse(f"{node.subsystem.name} exchanges discrete values", BY_MASTER)
         if self.scene.coupling.control != "fixed":
             self.refuse("its steps are adapted", "set coupling.control = 'fixed'")
         return node
@@ -130,11 +150,20 @@ class _Builder:
                 begin += len(recorded[name])
         shown = [name for base in columns for name in recorded[base]]
         structures = [self._member(number, varied, shown) for number in range(len(self.nodes))]
-        steps = self._steps(bool(driven))
-        times, lengths, ends, events = (np.array(column) for column in zip(*steps, strict=True))
+        parts, arithmetic = [self._part(component) for component in self.components], self._arithmetic()
+        steps = _macro_steps(self.scene)
+        ends = np.array([step.end for step in steps])
+        times, lengths = np.r_[self.scene.start_time, ends[:-1]], np.array([step.length for step in steps])
+        events = [step.event or bool(driven) for step in steps]  # inputs of each run's own jump after each step
         structure = binding.Plan(
             members=len(structures),
             member=self._keep((binding.Member * len(structures))(*structures)),
+            parts=len(parts),
+            part=self._keep((binding.Part * len(parts))(*parts)),
+            coupling_tolerance=self.scene.coupling.tolerance,
+            reach=self.scene.coupling.trust_radius,
+            max_sweeps=self.scene.coupling.max_sweeps,
+            blas=arithmetic.blas if arithmetic else Blas(),
             start=self.scene.start_time,
             stop=self.scene.stop_time,
             tolerance=self.scene.tolerance or 0.0,
@@ -142,11 +171,11 @@ class _Builder:
             times=self._doubles(times),
             lengths=self._doubles(lengths),
             ends=self._doubles(ends),
-            events=self._keep((ctypes.c_ubyte * len(steps))(*events.astype(int).tolist())),
+            events=self._keep((ctypes.c_ubyte * len(steps))(*events)),
             polynomials=self._doubles(self._polynomials(times, lengths)),
             starts=self._doubles(self._starts(times, ends)),
             driven=len(driven),
-            driven_columns=self._keep((ctypes.c_size_t * len(driven))(*driven)),
+            driven_columns=self._sizes(driven),
         )
         names = tuple(name for base in inputs for name in expanded(self.scene, base, ("input",)))
         return EnginePlan(
@@ -155,7 +184,8 @@ class _Builder:
             tuple(parameters),
             names,
             columns,
-            np.array([self.scene.start_time, *ends]),
+            np.r_[self.scene.start_time, ends],
+            arithmetic is not None or not any(part.unknowns for part in parts),
             self.kept,
         )
 
@@ -182,8 +212,10 @@ class _Builder:
         of_runs = {reference for reference, _ in mine}
         set_once = {n: v for n, v in member.parameters.items() if archive.variables[n].reference not in of_runs}
         links = [
-            binding.Link(self.nodes.index(link.source), int(output), int(target), BY_DEGREE.index(link.method.name))
-            for link in node.upstream
+            binding.Link(
+                self.nodes.index(link.source), output, target, BY_DEGREE.index(link.method.name), link in node.torn
+            )
+            for link in node.upstream + node.forward + node.torn
             for output, target in zip(_indices(link.columns), _indices(link.targets), strict=True)
         ]
         shown = [name.partition(".")[2] for name in recorded if name.partition(".")[0] == member.name]
@@ -195,7 +227,7 @@ class _Builder:
             **self._constants(member, set_once),
             varied=len(mine),
             varied_references=self._references(reference for reference, _ in mine),
-            varied_columns=self._keep((ctypes.c_size_t * len(mine))(*(column for _, column in mine))),
+            varied_columns=self._sizes(column for _, column in mine),
             inputs=len(slave.inputs),
             outputs=len(slave.outputs),
             recorded=len(shown),
@@ -207,6 +239,25 @@ class _Builder:
             needs_rates=int(node.needs_rates),
             input_degree=slave.accepted_order,
         )
+
+    def _part(self, component: WiredComponent) -> binding.Part:
+        torn = component.interface.outputs
+        source = [self.nodes.index(outputs.node) for outputs in torn for _ in outputs.columns]
+        output = [int(column) for outputs in torn for column in outputs.columns]
+        nominals = np.concatenate([outputs.nominals for outputs in torn] + [[]])
+        first, count = self.nodes.index(component.nodes[0]), len(component.nodes)
+        return binding.Part(
+            first, count, len(source), self._sizes(source), self._sizes(output), self._doubles(nominals)
+        )
+
+    def _arithmetic(self) -> Arithmetic | None:
+        """Return what the sums of loops are taken from, so that they round as the master's."""
+        sizes, outputs = set(), set()
+        for interface in (component.interface for component in self.components if component.interface.size):
+            rated = sum(torn.columns.size for torn in interface.outputs if torn.node.needs_rates)
+            sizes |= {interface.size, interface.size + rated}
+            outputs |= {len(torn.node.subsystem.outputs) for torn in interface.outputs}
+        return find_arithmetic(frozenset(sizes), frozenset(outputs))
 
     def _constants(self, member: SceneMember, values: Mapping[str, Any]) -> dict[str, binding.Values]:
         kinds: dict[str, tuple[tuple[str, ...], Any]] = {
@@ -223,16 +274,6 @@ class _Builder:
             references = self._references(member.archive.variables[n].reference for n in chosen)
             constants[key] = binding.Values(len(items), references, ctypes.cast(array, ctypes.c_void_p))
         return constants
-
-    def _steps(self, jumping: bool) -> list[tuple[float, float, float, bool]]:
-        """Start, length and end [s] of each macro step, and whether inputs jump there; jumping: they do after each."""
-        scene, steps = self.scene, []
-        breaks = [t for member in scene.members for signal in member.signals.values() for t in signal.breaks]
-        time = scene.start_time
-        for segment in segments(time, scene.stop_time, scene.coupling.macro_step, breaks):
-            steps.append((time, segment.length, segment.end, segment.event or jumping))
-            time = segment.end
-        return steps
 
     def _signals(self) -> Iterable[tuple[int, Node, Any]]:
         for number, node in enumerate(self.nodes):
@@ -253,6 +294,7 @@ class _Builder:
     def _starts(self, times: np.ndarray, ends: np.ndarray) -> np.ndarray:
         instants = [float(times[0]), *ends.tolist()]
         starts = np.zeros((len(instants), 2, self.first[-1]))
+        starts[0, 0] = [port.start for slave in self.slaves for port in slave.inputs]
         for column, _, signal in self._signals():
             if isinstance(signal, Constant):
                 starts[:, 0, column] = signal.value
@@ -265,6 +307,10 @@ class _Builder:
         self.kept.append(memory)
         return memory
 
+    def _sizes(self, numbers: Iterable[int]) -> Any:
+        items = list(numbers)
+        return self._keep((ctypes.c_size_t * len(items))(*items))
+
     def _references(self, references: Iterable[int]) -> Any:
         numbers = list(references)
         return self._keep((ctypes.c_uint * len(numbers))(*numbers))
@@ -272,6 +318,16 @@ class _Builder:
     def _doubles(self, values: np.ndarray) -> Any:
         array = self._keep(np.ascontiguousarray(values, dtype=float))
         return array.ctypes.data_as(ctypes.POINTER(ctypes.c_double))
+
+
+def communication_points(scene: Scene) -> np.ndarray:
+    """Return start and ends of the macro steps [s] where none fails, shape (steps + 1,)."""
+    return np.array([scene.start_time, *(step.end for step in _macro_steps(scene))])
+
+
+def _macro_steps(scene: Scene) -> list[Segment]:
+    breaks = [t for member in scene.members for signal in member.signals.values() for t in signal.breaks]
+    return list(segments(scene.start_time, scene.stop_time, scene.coupling.macro_step, breaks))
 
 
 def _indices(columns: Columns) -> list[int]:

@@ -45,6 +45,9 @@ class RealtimeResult:
         Latest beginning of a step after its due time [s].
     allocations : int or None
         Calls of the allocator in all steps; None where they were not counted.
+    sweeps : int
+        Most sweeps of an algebraic loop in one step; 1 where there is none. A step takes at most as many as
+        coupling.max_sweeps allows, then the run ends.
     locked, scheduled : bool
         Whether memory was locked, and whether the thread had a real-time priority.
     core : int or None
@@ -63,6 +66,7 @@ class RealtimeResult:
     own_misses: int
     worst_lateness: float
     allocations: int | None
+    sweeps: int
     locked: bool
     scheduled: bool
     core: int | None
@@ -132,6 +136,7 @@ def run_realtime(
         times.own_misses,
         times.worst_lateness,
         times.allocations if counted else None,
+        times.sweeps,
         bool(times.locked),
         bool(times.scheduled),
         times.core if times.core >= 0 else None,

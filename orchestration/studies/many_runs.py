@@ -19,7 +19,7 @@ from .. import simulation
 from ..engine import BatchResult
 from ..engine.batch import count_runs, run_plan
 from ..engine.binding import library
-from ..engine.plan import EnginePlan, expanded
+from ..engine.plan import EnginePlan, communication_points, expanded
 from ..errors import CosimError, SceneError
 from ..scene import Scene
 
@@ -56,6 +56,8 @@ class EngineRuns:
             library()
             plan = EnginePlan.of(scene, list(columns), [], outputs)
         except CosimError:  # the master says why, where that stops it too
+            return None
+        if not plan.rounds_as_master:
             return None
         limits = [_limits(scene, name) for name in columns]
         return cls(plan, np.array(limits, dtype=float).reshape(-1, 2).T, threads)
@@ -124,7 +126,7 @@ def run_many(
         order = {name: slice(edges[k], edges[k + 1]) for k, name in enumerate(names)}
         by_run = dict.fromkeys(range(runs))
     failures = [""] * runs
-    times: np.ndarray | None = engine.plan.times if engine else None
+    times = communication_points(scene) if scene.coupling.control == "fixed" else None
     rows: dict[int, np.ndarray] = {k: row for k, row in by_run.items() if row is not None}
     for k in (k for k, row in by_run.items() if row is None):
         try:
@@ -133,12 +135,13 @@ def run_many(
             failures[k] = str(error)
             continue
         ran = result["time"].to_numpy()
-        if times is not None and not np.array_equal(times, ran):
+        times = ran if times is None else times
+        kept = np.flatnonzero(np.isin(ran, times))  # a step that failed was halved: there are others between
+        if not np.array_equal(times, ran[kept]):
             raise SceneError(f"{scene.name}: run {k} has other communication points; run it alone (tca.run)")
-        times = ran
-        parts = [result[name].to_numpy().reshape(ran.size, -1) for name in order]
+        parts = [result[name].to_numpy().reshape(ran.size, -1)[kept] for name in order]
         rows[k] = np.concatenate(parts, axis=1).astype(float)
-    if times is None:
+    if times is None or not (rows or engine):
         raise SceneError(f"{scene.name}: every run failed, the first with: {failures[0]}")
     width = sum(columns.stop - columns.start for columns in order.values())
     values = np.full((runs, times.size, width), np.nan)

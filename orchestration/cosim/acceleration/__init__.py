@@ -52,7 +52,7 @@ UNRELAXED: dict[str, Callable[[], Method]] = {
 METHODS = ("plain", "relaxed", "aitken", "iqn", "broyden", "newton", "tangent")  # words of a scene
 
 BLIND_SHARE = 1e-3  # share of the tolerance that a residual must meet before a secant has shown the loop's gain
-NOISE_SHARE = 0.01  # share of the tolerance below which differences of guesses are noise of the subsystems' solvers
+NOISE_SHARE = 0.01  # share of the tolerance below which differences are noise of the subsystems' solvers
 
 
 def create(name: str, omega: float | None = None) -> Method:
@@ -128,9 +128,9 @@ def solve(
         history.r.append(r)
         secants = history.secants
         if len(residuals) > 1:
-            dx = history.x[-1] - history.x[-2]
-            if norm(dx) > NOISE_SHARE * tolerance:
-                secants.add(dx, r - history.r[-2])
+            dx, dr = history.x[-1] - history.x[-2], r - history.r[-2]
+            if max(norm(dx), norm(dr)) > NOISE_SHARE * tolerance:  # gains may be hundreds, as near buckling
+                secants.add(dx, dr)
         history.split = secants.split(r)
         e = history.split[0] + history.split[1]
         error = max(norm(e), norm(e - r))
