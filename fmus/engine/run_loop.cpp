@@ -83,16 +83,16 @@ void RunLoop::predict(const Member& source, const Group& group, double time, dou
     else
       slope[k] = rise / h, value[k] = a + slope[k] * (time - first.time);
   }
-  const double* about_start = polynomial_.data();
+  const double* polynomial = polynomial_.data();
   if (rates && first.time != time) {
     const double s = time - first.time, square = s * s / 2.0, cube = s * s * s / 6.0;
     const double shift[] = {1.0, s, square, cube, 0.0, 1.0, s, square, 0.0, 0.0, 1.0, s, 0.0, 0.0, 0.0, 1.0};
     blas_.times_matrix(shift, polynomial_.data(), n, shifted_.data());
-    about_start = shifted_.data();
+    polynomial = shifted_.data();
   }
   for (size_t k = 0; k < group.count; ++k)
     for (int order = 0; order < orders; ++order)
-      columns_[k * orders + order] = about_start[order * n + part_.output[group.first + k]];
+      columns_[k * orders + order] = polynomial[order * n + part_.output[group.first + k]];
   const double s = end - time, ahead[] = {1.0, s, s * s / 2.0, s * s * s / 6.0};
   blas_.vector_times_columns(orders, group.count, columns_.data(), ahead, x_.data() + group.first);
 }
