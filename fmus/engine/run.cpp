@@ -32,13 +32,12 @@ bool Run::report(const LoopResult& result, const Part& part) {
     if (m) failure_ += ", ";
     failure_ += plan_.member[part.declared.first + m].name;
   }
+  const bool is_over = static_cast<size_t>(result.sweeps) >= plan_.max_sweeps;
   char text[300];
-  std::snprintf(
-      text, sizeof text,
-      ": the algebraic loop is not solved after %.0f sweeps, with a residual of %.2g nominals; raise "
-      "coupling.max_sweeps or coupling.reach, make coupling.macro_step smaller, or let the master run it, which "
-      "halves such steps",
-      result.sweeps, result.residual);
+  std::snprintf(text, sizeof text,
+                ": the algebraic loop is not solved after %.0f sweeps, with a residual of %.2g nominals; %smake "
+                "coupling.macro_step smaller, or run it by the master (tca.run), which tries more",
+                result.sweeps, result.residual, is_over ? "raise coupling.max_sweeps, " : "");
   failure_ += text;
   return false;
 }
