@@ -82,6 +82,18 @@ def test_any_number_of_threads_and_the_order_of_runs_change_nothing() -> None:
     assert np.array_equal(one.outputs, turned.outputs[::-1])
 
 
+@pytest.mark.parametrize("closure", ["inside", "exchanged"])
+def test_what_fmus_warn_of_is_kept_for_each_run_and_said_once(closure: str) -> None:
+    scene = tca.read("step", ["stop_time=1", f"rod.closure={closure}", "limits.temperature=1000"])
+    with pytest.warns(
+        tca.FmuWarning, match=r"^1 of 3 runs warn, the first, run 1, with: thermal: t = .* hottest"
+    ) as said:
+        batch = tca.run_batch(scene, {"thermal.tca.R": np.array([6.9, 0.3, 7.0])}, threads=1)
+    assert len(said) == 1
+    assert batch.failures == ("", "", "")
+    assert [bool(text) for text in batch.warnings] == [False, True, False]
+
+
 def test_a_loop_learns_nothing_from_the_run_before() -> None:
     scene = tca.read("feedback", ["stop_time=1"])
     values = {"rod.body.E": np.linspace(3e4, 5e4, 5)}

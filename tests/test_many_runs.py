@@ -67,6 +67,16 @@ def test_mistakes_in_tables_are_named(table: dict, said: str) -> None:
         tca.run_many(tca.read("step", ["stop_time=0.4"]), table)
 
 
+@pytest.mark.parametrize("more", [{}, {"thermal.V[1]": [0.0, 0.1]}])  # by the engine, by the master
+def test_what_fmus_warn_of_is_said_once(more: dict) -> None:
+    scene = tca.read("step", ["stop_time=1", "rod.closure=inside"])
+    with pytest.warns(tca.FmuWarning, match=r"^1 of 2 runs warn, the first, run 1, with: thermal: .* hottest") as said:
+        runs = tca.run_many(scene, {"thermal.tca.R": [6.9, 0.3], **more})
+    assert len(said) == 1
+    assert runs.warnings[0] == ""
+    assert runs.failures == ("", "")
+
+
 @pytest.mark.filterwarnings("ignore::tca_cosim.FmuWarning", "ignore::tca_cosim.SceneWarning")
 def test_a_run_with_halved_steps_is_kept_at_the_common_points() -> None:
     scene, values = tca.read("step", ["stop_time=2", "thermal.V[1]=2.9"]), [6.9, 0.15]

@@ -151,7 +151,7 @@ def test_the_shipped_sweep_runs_in_the_engine() -> None:
     columns = {p.name: [row[k] for row in plan.values] for k, p in enumerate(plan.parameters)}
     runs = many_runs.EngineRuns.of(plan.scene, columns, plan.outputs)
     assert runs is not None
-    ((numbers, rows),) = [zip(*block, strict=True) for block in runs.blocks(np.array(list(columns.values())).T)]
+    ((numbers, rows, _),) = [zip(*block, strict=True) for block in runs.blocks(np.array(list(columns.values())).T)]
     assert numbers == (0, 1, 2, 3)
     alone = tca.run(plan.scene, {name: values[2] for name, values in columns.items()})
     for name, where in runs.plan.outputs.items():

@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <cstring>
 #include <exception>
 #include <limits>
 #include <mutex>
@@ -13,23 +12,13 @@
 #include "engine/run.hpp"
 #include "engine/watch.hpp"
 
-namespace {
-
-void copy(const std::string& text, char* into, size_t length) {
-  const size_t size = std::min(text.size(), length - 1);
-  std::memcpy(into, text.data(), size);
-  into[size] = '\0';
-}
-
-}  // namespace
-
 int tca_batch(const TcaPlan* plan, size_t runs, size_t columns, const double* parameters, const double* inputs,
-              double* outputs, size_t threads, char* failures, size_t length, TcaWatch* watch) {
+              double* outputs, size_t threads, char* failures, char* warnings, size_t length, TcaWatch* watch) {
   std::atomic<size_t> next{0};
   std::atomic<int> failed{0};
   std::mutex mutex;
   std::string broken;  // why instances cannot be made
-  for (size_t k = 0; k < runs; ++k) failures[k * length] = '\0';
+  for (size_t k = 0; k < runs; ++k) failures[k * length] = warnings[k * length] = '\0';
 
   const auto work = [&] {
     try {
@@ -43,11 +32,12 @@ int tca_batch(const TcaPlan* plan, size_t runs, size_t columns, const double* pa
           good = run.step(step, row += run.width());
           stopped = engine::is_stopped(*watch);
         }
+        engine::copy(run.warnings(), warnings + k * length, length);
         engine::count_done(*watch);
         if (good && !stopped) continue;
         ++failed;
         std::fill_n(outputs + k * rows, rows, std::numeric_limits<double>::quiet_NaN());
-        copy(stopped ? "stopped" : run.failure(), failures + k * length, length);
+        engine::copy(stopped ? "stopped" : run.failure(), failures + k * length, length);
       }
     } catch (const std::exception& error) {
       const std::lock_guard lock(mutex);
@@ -59,6 +49,6 @@ int tca_batch(const TcaPlan* plan, size_t runs, size_t columns, const double* pa
   work();
   for (std::thread& other : others) other.join();
   if (broken.empty()) return failed;
-  if (runs) copy(broken, failures, length);
+  if (runs) engine::copy(broken, failures, length);
   return -1;
 }

@@ -1,4 +1,5 @@
-/* C interface of the engine: a scene, run many times in one call, one instance of every FMU per thread. Plain arrays in and out; rows of inputs and outputs are those of the Python package (tca_cosim.batch).
+/* C interface of the engine: a scene, run many times in one call, one instance of every FMU per thread. Plain arrays in
+   and out; rows of inputs and outputs are those of the Python package (tca_cosim.batch).
 
    A member's inputs over a step are polynomials c0 + c1 s + c2 s^2/2 + c3 s^3/6 of the time s since its start. */
 #ifndef TCA_ENGINE_H
@@ -60,11 +61,11 @@ typedef struct {
 
 typedef struct {
   size_t members;
-  const TcaMember* member;       /* in the order of a step: but for torn links, sources before targets */
+  const TcaMember* member; /* in the order of a step: but for torn links, sources before targets */
   size_t parts;
-  const TcaPart* part;           /* strongly connected, in the order of a step; they make up all members */
-  double coupling_tolerance;     /* of the error of a loop, share of the nominals */
-  double reach;                  /* largest distance of a guess from the start of a step, in nominals */
+  const TcaPart* part;       /* strongly connected, in the order of a step; they make up all members */
+  double coupling_tolerance; /* of the error of a loop, share of the nominals */
+  double reach;              /* largest distance of a guess from the start of a step, in nominals */
   size_t max_sweeps;
   TcaBlas blas;
   double start, stop, tolerance; /* [s], [s], relative; tolerance 0: each FMU's own */
@@ -87,12 +88,13 @@ typedef struct {
 
 /* Runs a plan `runs` times.
    parameters: (runs, columns); inputs: (runs, steps, driven) or null; outputs: (runs, steps + 1, recorded of all
-   members), the first row at the start; failures: (runs, length) texts, empty where a run succeeded.
+   members), the first row at the start; failures, warnings: (runs, length) texts, empty where a run succeeded and where
+   no FMU warned.
    Returns the number of runs that failed or were stopped, or -1 where no instance can be made: the reason is the first
    text. */
 TCA_EXPORT int tca_batch(const TcaPlan* plan, size_t runs, size_t columns, const double* parameters,
-                         const double* inputs, double* outputs, size_t threads, char* failures, size_t length,
-                         TcaWatch* watch);
+                         const double* inputs, double* outputs, size_t threads, char* failures, char* warnings,
+                         size_t length, TcaWatch* watch);
 
 typedef struct {
   size_t steps, misses;  /* of the steps counted: those that ended after the next one was due */
@@ -110,9 +112,9 @@ typedef struct {
    is 0. times: period in, the others out; durations: (steps) [s] of each step's computation; busy: (steps) [s], the
    processor time of the thread in it, nan where the system has no such clock; fixed: (steps) [s] of an
    amount of work that is always the same and about as long as a step, done behind each step where the period leaves
-   time for it, else nan: how it varies is the host's doing. Returns 0, or -1 with the reason. */
+   time for it, else nan: how it varies is the host's doing; warnings: of FMUs. Returns 0, or -1 with the reason. */
 TCA_EXPORT int tca_realtime(const TcaPlan* plan, const double* parameters, double* outputs, double* durations,
-                            double* busy, double* fixed, TcaTimes* times, char* failure, size_t length,
+                            double* busy, double* fixed, TcaTimes* times, char* failure, char* warnings, size_t length,
                             TcaWatch* watch);
 
 /* Sum of the sizes of the structures above, by which a caller of another version is told from one of this. */

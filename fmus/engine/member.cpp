@@ -25,14 +25,17 @@ bool set(Set* function, fmi2Component component, const TcaValues& values, const 
 
 void Member::log(fmi2ComponentEnvironment environment, fmi2String, fmi2Status status, fmi2String, fmi2String message,
                  ...) {
-  std::string& messages = static_cast<Member*>(environment)->messages_;
-  if (status <= fmi2Warning || messages.size() > longest_message) return;
+  auto& [messages, warning] = static_cast<Member*>(environment)->said_;
+  if (status == fmi2OK || (status == fmi2Warning ? !warning.empty() : messages.size() > longest_message)) return;
   char text[longest_message];
   va_list arguments;
   va_start(arguments, message);
   std::vsnprintf(text, sizeof text, message, arguments);
   va_end(arguments);
-  messages += messages.empty() ? text : std::string("; ") + text;
+  if (status == fmi2Warning)
+    warning = text;  // there is room for it: steps allocate nothing
+  else
+    messages += messages.empty() ? text : std::string("; ") + text;
 }
 
 Member::Member(const TcaMember& declared)
@@ -51,9 +54,10 @@ Member::Member(const TcaMember& declared)
     one->values.resize(declared.outputs);
     one->rates.resize(declared.outputs);
   }
+  said_.warning.reserve(longest_message);
   component_ = library_.instantiate(declared.name, fmi2CoSimulation, declared.guid, declared.resources, &callbacks_,
                                     fmi2False, fmi2True);
-  if (!component_) throw std::runtime_error(std::string(declared.name) + " cannot be instantiated: " + messages_);
+  if (!component_) throw std::runtime_error(std::string(declared.name) + " cannot be instantiated: " + said_.messages);
 }
 
 Member::~Member() {
@@ -62,7 +66,8 @@ Member::~Member() {
 }
 
 const char* Member::begin(const TcaPlan& plan, const double* parameters, bool again) {
-  messages_.clear();
+  said_.messages.clear();
+  said_.warning.clear();
   std::fill(inputs_.begin(), inputs_.end(), 0.0);
   has_held_ = is_initializing_ = false;
   degree_ = 0;

@@ -52,7 +52,8 @@ class Member {
 
   double& input(int order, size_t column) { return inputs_[order * declared_.inputs + column]; }
   const TcaMember& declared() const { return declared_; }
-  const std::string& messages() const { return messages_; }  // logged since the beginning of the run
+  const std::string& messages() const { return said_.messages; }  // of errors, logged since the beginning of the run
+  const std::string& warning() const { return said_.warning; }    // the first one since then
 
  private:
   static void log(fmi2ComponentEnvironment, fmi2String, fmi2Status, fmi2String, fmi2String, ...);
@@ -63,7 +64,9 @@ class Member {
   Library library_;
   fmi2CallbackFunctions callbacks_;
   fmi2Component component_ = nullptr;
-  std::string messages_;
+  struct {
+    std::string messages, warning;
+  } said_;
   std::vector<double> inputs_, held_;  // (orders, inputs); what the FMU has, where that is constant
   bool has_held_ = false, is_initializing_ = false;
   int degree_ = 0;  // highest order of derivatives sent in this run

@@ -1,7 +1,6 @@
 // One run in step with the clock: every step begins when it is due, and what it takes is measured.
 #include <algorithm>
 #include <chrono>
-#include <cstring>
 #include <ctime>
 #include <exception>
 #include <limits>
@@ -144,8 +143,8 @@ void pace(const TcaPlan& plan, engine::Run& run, double* outputs, double* durati
 }  // namespace
 
 int tca_realtime(const TcaPlan* plan, const double* parameters, double* outputs, double* durations, double* busy,
-                 double* fixed, TcaTimes* times, char* failure, size_t length, TcaWatch* watch) {
-  std::string text;
+                 double* fixed, TcaTimes* times, char* failure, char* warnings, size_t length, TcaWatch* watch) {
+  std::string text, warned;
   const double period = times->period;
   *times = {};
   times->period = period;
@@ -158,12 +157,12 @@ int tca_realtime(const TcaPlan* plan, const double* parameters, double* outputs,
     } else {
       text = run.failure();
     }
+    warned = run.warnings();
   } catch (const std::exception& error) {
     text = error.what();
   }
-  const size_t size = std::min(text.size(), length - 1);
-  std::memcpy(failure, text.data(), size);
-  failure[size] = '\0';
+  engine::copy(text, failure, length);
+  engine::copy(warned, warnings, length);
   return text.empty() ? 0 : -1;
 }
 

@@ -42,6 +42,14 @@ bool Run::report(const LoopResult& result, const Part& part) {
   return false;
 }
 
+std::string Run::warnings() const {
+  std::string all;
+  for (const auto& member : members_)
+    if (!member->warning().empty())
+      all += (all.empty() ? "" : "; ") + (member->declared().name + (": " + member->warning()));
+  return all;
+}
+
 template <class Do>
 bool Run::all_of(const Part& part, Do act) {
   for (size_t m = part.declared.first; m < part.declared.first + part.declared.count; ++m)

@@ -19,6 +19,7 @@ class Run {
   bool rehearse(size_t steps);
 
   const std::string& failure() const { return failure_; }
+  std::string warnings() const;              // the first of each member since the beginning; empty where there is none
   size_t width() const { return width_; }    // columns of a row of outputs
   size_t sweeps() const { return sweeps_; }  // most sweeps of a loop in the newest step
 

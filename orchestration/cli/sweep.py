@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+import warnings
 from pathlib import Path
 from typing import Annotated
 
@@ -14,6 +15,7 @@ from rich.progress import Progress as Bar
 from rich.table import Table
 
 from .. import results
+from ..errors import FmuWarning
 from ..files import save_figure
 from .console import out, reported, written
 from .options import Folder, Overrides
@@ -76,7 +78,8 @@ def command(
 
 
 def _summarise(dataset: xr.Dataset, outputs: tuple[list[str], list[str]]) -> None:
-    """Print quantiles and the most influential parameter at the end, and failures."""
+    """Print quantiles and the most influential parameter at the end, failures and warnings."""
+    from ..engine.batch import summary_of_warnings
     from ..plotting import display_unit
 
     shown, crowded = outputs
@@ -100,3 +103,5 @@ def _summarise(dataset: xr.Dataset, outputs: tuple[list[str], list[str]]) -> Non
     failures = [text for text in dataset["failure"].to_numpy() if text]
     if failures:
         out.print(f"{len(failures)} runs failed, the first with: {failures[0]}", highlight=False)
+    if text := summary_of_warnings(dataset["warning"].to_numpy().tolist()):
+        warnings.warn(text, FmuWarning, stacklevel=2)

@@ -7,21 +7,22 @@ from __future__ import annotations
 
 import ctypes
 import os
+import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
-from ..errors import Interrupted, SceneError, SubsystemError
+from ..errors import FmuWarning, Interrupted, SceneError, SubsystemError
 from ..scene import Scene
 from .binding import library
 from .plan import EnginePlan
 from .watched_call import WatchedCall
 
-__all__ = ["BatchResult", "cores", "count_runs", "run_batch", "run_plan"]
+__all__ = ["BatchResult", "cores", "count_runs", "run_batch", "run_plan", "summary_of_warnings"]
 
-MAX_FAILURE = 1000  # characters of the text of a failure
+MAX_TEXT = 1000  # characters of the text of a failure, and of the warnings of a run
 
 
 def cores() -> int:
@@ -41,8 +42,8 @@ class BatchResult:
         Outputs at the start.
     outputs : ndarray, shape (runs, steps, n_y)
         Outputs at the end of every macro step, in their own units; nan in runs that failed.
-    failures : tuple of str, length runs
-        Why a run failed; empty where it did not.
+    failures, warnings : tuple of str, length runs
+        Why a run failed, and what its FMUs warned of first; empty where it did not, or they did not.
     columns : dict of str to slice
         Name of an output -> its columns.
     """
@@ -51,6 +52,7 @@ class BatchResult:
     initial: np.ndarray
     outputs: np.ndarray
     failures: tuple[str, ...]
+    warnings: tuple[str, ...]
     columns: Mapping[str, slice] = field(repr=False)
 
     def __getitem__(self, name: str) -> np.ndarray:
@@ -104,6 +106,8 @@ def run_batch(
         No instance of an FMU can be made.
     Interrupted
         The user stops it (Ctrl-C). Its `partial` is the result until then, with 'stopped' as the failure of other runs.
+
+    That FMUs warn comes as one FmuWarning.
     """
     parameters, inputs = dict(parameters or {}), dict(inputs or {})
     plan = EnginePlan.of(scene, list(parameters), list(inputs), outputs)
@@ -122,20 +126,30 @@ def run_batch(
         if courses.shape[2] != len(plan.inputs):
             raise SceneError(f"{scene.name}: inputs have {len(plan.inputs)} columns, {', '.join(plan.inputs)}")
     try:
-        rows, failures = run_plan(plan, table, courses, threads)
+        rows, failures, warned = run_plan(plan, table, courses, threads)
     except Interrupted as error:
         error.partial = _result(plan, *error.partial)
         raise
-    return _result(plan, rows, failures)
+    if text := summary_of_warnings(warned):
+        warnings.warn(text, FmuWarning, stacklevel=2)
+    return _result(plan, rows, failures, warned)
 
 
-def _result(plan: EnginePlan, rows: np.ndarray, failures: tuple[str, ...]) -> BatchResult:
-    return BatchResult(plan.times, rows[:, 0], rows[:, 1:], failures, plan.outputs)
+def summary_of_warnings(texts: Sequence[str]) -> str:
+    """Return how many runs have a warning, and the first one; empty where none has."""
+    warned = [k for k, text in enumerate(texts) if text]
+    if not warned:
+        return ""
+    return f"{len(warned)} of {len(texts)} runs warn, the first, run {warned[0]}, with: {texts[warned[0]]}"
+
+
+def _result(plan: EnginePlan, rows: np.ndarray, failures: tuple[str, ...], warned: tuple[str, ...]) -> BatchResult:
+    return BatchResult(plan.times, rows[:, 0], rows[:, 1:], failures, warned, plan.outputs)
 
 
 def run_plan(
     plan: EnginePlan, table: np.ndarray, courses: np.ndarray | None = None, threads: int | None = None
-) -> tuple[np.ndarray, tuple[str, ...]]:
+) -> tuple[np.ndarray, tuple[str, ...], tuple[str, ...]]:
     """Run a plan.
 
     Parameters
@@ -152,7 +166,8 @@ def run_plan(
     Returns
     -------
     tuple
-        Outputs (runs, steps + 1, n_y) at the start and the ends of the steps, and the texts of failures (runs,).
+        Outputs (runs, steps + 1, n_y) at the start and the ends of the steps, and the texts of failures and of warnings
+        (runs,).
 
     Raises
     ------
@@ -168,7 +183,7 @@ def run_plan(
             raise SceneError(f"{plan.scene.name}: {what} have numbers that are not finite; give finite ones")
     runs = len(table)
     rows = np.empty((runs, plan.times.size, plan.width))
-    texts = ctypes.create_string_buffer(max(runs, 1) * MAX_FAILURE)
+    texts, warned = (ctypes.create_string_buffer(max(runs, 1) * MAX_TEXT) for _ in range(2))
     array = ctypes.POINTER(ctypes.c_double)
     table = np.ascontiguousarray(table, dtype=float)
     courses = None if courses is None else np.ascontiguousarray(courses, dtype=float)
@@ -182,20 +197,22 @@ def run_plan(
         rows.ctypes.data_as(array),
         threads or cores(),
         texts,
-        MAX_FAILURE,
+        warned,
+        MAX_TEXT,
     )
     failed = call.wait()
-    said = [_text(texts, k) for k in range(runs)]
+    said = tuple(_text(texts, k) for k in range(runs))
+    warnings_of_runs = tuple(_text(warned, k) for k in range(runs))
     if failed < 0:
         raise SubsystemError(said[0] if said else "no instance can be made")
     if call.is_stopped:
         stopped = Interrupted(f"stopped by the user after {said.count('')} of {runs} runs")
-        stopped.partial = rows, tuple(said)
+        stopped.partial = rows, said, warnings_of_runs
         raise stopped
-    return rows, tuple(said)
+    return rows, said, warnings_of_runs
 
 
 def _text(texts: ctypes.Array[ctypes.c_char], run: int) -> str:
-    """Return the failure of one run. The buffer is not copied: most are empty."""
-    begin = ctypes.addressof(texts) + run * MAX_FAILURE
+    """Return the text of one run. The buffer is not copied: most are empty."""
+    begin = ctypes.addressof(texts) + run * MAX_TEXT
     return ctypes.string_at(begin).decode("utf-8", "replace")

@@ -109,8 +109,9 @@ def library() -> Any:
             f"{loaded._name} belongs to another version of this package; run `make fmus`, or install the package again"
         )
     array = POINTER(c_double)
-    batch = (POINTER(Plan), c_size_t, c_size_t, array, array, array, c_size_t, c_char_p, c_size_t, POINTER(Watch))
-    paced = (POINTER(Plan), array, array, array, array, array, POINTER(Times), c_char_p, c_size_t, POINTER(Watch))
+    texts = (c_char_p, c_char_p, c_size_t)
+    batch = (POINTER(Plan), c_size_t, c_size_t, array, array, array, c_size_t, *texts, POINTER(Watch))
+    paced = (POINTER(Plan), array, array, array, array, array, POINTER(Times), *texts, POINTER(Watch))
     loaded.tca_realtime.argtypes, loaded.tca_realtime.restype = paced, c_int
     loaded.tca_batch.argtypes, loaded.tca_batch.restype = batch, c_int
     return loaded

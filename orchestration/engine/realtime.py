@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import ctypes
 import os
+import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from ..errors import Interrupted, SubsystemError
+from ..errors import FmuWarning, Interrupted, SubsystemError
 from ..fmi.archive import shipped_folders
 from ..scene import Scene
-from .batch import MAX_FAILURE
+from .batch import MAX_TEXT
 from .binding import Times, library
 from .plan import EnginePlan
 from .watched_call import WatchedCall
@@ -107,12 +108,15 @@ def run_realtime(
         An FMU refuses a step.
     Interrupted
         The user stops it (Ctrl-C). Its `partial` is the result of the steps until then.
+
+    What FMUs warn of comes as FmuWarning.
     """
     plan = EnginePlan.of(scene, [], [], outputs)
     steps = plan.times.size - 1
     rows, durations = np.zeros((steps + 1, plan.width)), np.zeros(steps)
     busy, fixed = np.full(steps, np.nan), np.full(steps, np.nan)
-    times, text = Times(period=period), ctypes.create_string_buffer(MAX_FAILURE)
+    times = Times(period=period)
+    text, warned = (ctypes.create_string_buffer(MAX_TEXT) for _ in range(2))
     array = ctypes.POINTER(ctypes.c_double)
     call = WatchedCall(
         library().tca_realtime,
@@ -121,10 +125,13 @@ def run_realtime(
         *(one.ctypes.data_as(array) for one in (rows, durations, busy, fixed)),
         ctypes.byref(times),
         text,
-        MAX_FAILURE,
+        warned,
+        MAX_TEXT,
     )
     if call.wait(lambda done: progress(float(plan.times[done]))):
         raise SubsystemError(text.value.decode("utf-8", "replace"))
+    if warned.value:
+        warnings.warn(warned.value.decode("utf-8", "replace"), FmuWarning, stacklevel=2)
     counted = "tca_counting" in os.environ.get("LD_PRELOAD", "")
     done = call.done
     result = RealtimeResult(

@@ -56,7 +56,7 @@ class Predictor:
                 self._has_plan = False
         if self._plan is None:
             return np.array([self._one(names, row) for row in table])
-        rows, failures = run_plan(self._plan, table, threads=self.threads)
+        rows, failures, _ = run_plan(self._plan, table, threads=self.threads)
         self.failure = next((text for text in failures if text), "")
         columns = []
         for name in self.measured.outputs:

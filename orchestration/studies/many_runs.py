@@ -7,27 +7,43 @@ give the same numbers.
 
 from __future__ import annotations
 
+import json
+import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from time import monotonic
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from .. import scene as scenes
 from .. import simulation
 from ..engine import BatchResult
-from ..engine.batch import count_runs, run_plan
+from ..engine.batch import count_runs, run_plan, summary_of_warnings
 from ..engine.binding import library
 from ..engine.plan import EnginePlan, communication_points, expanded
-from ..errors import CosimError, SceneError
+from ..errors import CosimError, FmuWarning, SceneError
+from ..fmi.log import Warned
+from ..results import ResultTable
 from ..scene import Scene
 
-__all__ = ["EngineRuns", "run_many"]
+__all__ = ["EngineRun", "EngineRuns", "run_many", "warnings_of"]
 
 FIRST_BLOCK, MOST_BLOCK = 16, 4096  # runs of one call of the engine, at first and at most
 SHORTEST, LONGEST = 0.25, 1.0  # [s] of one call, outside of which the next has twice or half as many runs
 Value = float | int | bool | str
+
+
+class EngineRun(NamedTuple):
+    """A run that the engine has done.
+
+    number: row of the table; rows: (steps + 1, outputs), None where the master is to do it, since a value is out of
+    range or a step fails; warning: what FMUs warned of, empty where they did not.
+    """
+
+    number: int
+    rows: np.ndarray | None
+    warning: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,11 +78,8 @@ class EngineRuns:
         limits = [_limits(scene, name) for name in columns]
         return cls(plan, np.array(limits, dtype=float).reshape(-1, 2).T, threads)
 
-    def blocks(self, table: np.ndarray) -> Iterator[list[tuple[int, np.ndarray | None]]]:
-        """Run a table (runs, columns); yield blocks with the number and the rows (steps + 1, outputs) of each run.
-
-        None for a run that the master is to do: a value that is out of range, or a step that fails.
-        """
+    def blocks(self, table: np.ndarray) -> Iterator[list[EngineRun]]:
+        """Run a table (runs, columns); yield its runs in blocks."""
         with np.errstate(invalid="ignore"):
             good = ((table >= self.limits[0]) & (table <= self.limits[1])).all(axis=1)
         first, size = 0, FIRST_BLOCK
@@ -74,10 +87,13 @@ class EngineRuns:
             numbers = range(first, min(first + size, len(table)))
             chosen = [k for k in numbers if good[k]]
             begin = monotonic()
-            rows, failures = run_plan(self.plan, table[chosen], threads=self.threads) if chosen else ((), ())
+            ran = zip(*run_plan(self.plan, table[chosen], threads=self.threads), strict=True) if chosen else ()
             spent, first = monotonic() - begin, first + size
-            done = {k: row for k, row, failure in zip(chosen, rows, failures, strict=True) if not failure}
-            yield [(k, done.get(k)) for k in numbers]
+            block = {k: EngineRun(k, None, "") for k in numbers}
+            for k, (row, failure, warning) in zip(chosen, ran, strict=True):
+                if not failure:
+                    block[k] = EngineRun(k, row, warning)
+            yield list(block.values())
             if spent < SHORTEST:
                 size = min(2 * size, MOST_BLOCK)
             elif spent > LONGEST:
@@ -106,7 +122,8 @@ def run_many(
     Returns
     -------
     BatchResult
-        The numbers that each run alone gives. A run that fails has nan and its message in `failures`.
+        The numbers that each run alone gives. A run that fails has nan and its message in `failures`. That FMUs warn
+        comes as one FmuWarning too.
 
     Raises
     ------
@@ -120,17 +137,21 @@ def run_many(
     if engine is not None:
         order = engine.plan.outputs
         numbers = np.array(list(columns.values()), dtype=float).T
-        by_run = dict(pair for block in engine.blocks(numbers) for pair in block)
+        by_run = [run for block in engine.blocks(numbers) for run in block]
     else:
         edges = np.cumsum([0, *(len(elements) for elements in names.values())]).tolist()
         order = {name: slice(edges[k], edges[k + 1]) for k, name in enumerate(names)}
-        by_run = dict.fromkeys(range(runs))
-    failures = [""] * runs
+        by_run = [EngineRun(k, None, "") for k in range(runs)]
+    failures, warned = [""] * runs, [run.warning for run in by_run]
     times = communication_points(scene) if scene.coupling.control == "fixed" else None
-    rows: dict[int, np.ndarray] = {k: row for k, row in by_run.items() if row is not None}
-    for k in (k for k, row in by_run.items() if row is None):
+    rows = {run.number: run.rows for run in by_run if run.rows is not None}
+    for k in (run.number for run in by_run if run.rows is None):
         try:
-            result = simulation.run_table(scenes.changed(scene, {name: values[k] for name, values in columns.items()}))
+            changed = scenes.changed(scene, {name: values[k] for name, values in columns.items()})
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", FmuWarning)  # all of them are said at the end
+                result = simulation.run_table(changed)
+            warned[k] = warnings_of(result)
         except CosimError as error:
             failures[k] = str(error)
             continue
@@ -147,7 +168,14 @@ def run_many(
     values = np.full((runs, times.size, width), np.nan)
     for k, row in rows.items():
         values[k] = row
-    return BatchResult(times, values[:, 0], values[:, 1:], tuple(failures), order)
+    if text := summary_of_warnings(warned):
+        warnings.warn(text, FmuWarning, stacklevel=2)
+    return BatchResult(times, values[:, 0], values[:, 1:], tuple(failures), tuple(warned), order)
+
+
+def warnings_of(result: ResultTable) -> str:
+    """Return what FMUs warned of in a run, as one text; empty where they did not."""
+    return "; ".join(str(Warned(**one)) for one in json.loads(result.attrs["warnings"]))
 
 
 def _limits(scene: Scene, name: str) -> tuple[float, float]:

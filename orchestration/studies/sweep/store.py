@@ -19,7 +19,7 @@ __all__ = ["Store"]
 
 _TABLES = """
 CREATE TABLE IF NOT EXISTS identity (key TEXT PRIMARY KEY, value TEXT NOT NULL);
-CREATE TABLE IF NOT EXISTS runs (point TEXT PRIMARY KEY, failure TEXT NOT NULL, series BLOB);
+CREATE TABLE IF NOT EXISTS outcomes (point TEXT PRIMARY KEY, failure TEXT NOT NULL, warning TEXT NOT NULL, series BLOB);
 """
 
 
@@ -51,20 +51,25 @@ class Store:
     def outcomes(self) -> dict[tuple[str, ...], RunOutcome]:
         """Completed runs by their overrides."""
         outcomes = {}
-        for text, failure, blob in self._file.execute("SELECT point, failure, series FROM runs"):
+        for text, failure, warning, blob in self._file.execute("SELECT point, failure, warning, series FROM outcomes"):
             overrides = tuple(json.loads(text))
             series = None if blob is None else np.frombuffer(blob, "<f8").reshape(self._rows, -1)
-            outcomes[overrides] = RunOutcome(overrides, series, failure)
+            outcomes[overrides] = RunOutcome(overrides, series, failure, warning)
         return outcomes
 
     def add(self, outcomes: Iterable[RunOutcome]) -> None:
         """Write runs, all or none of them; they are on disk when this returns."""
         rows = [
-            (json.dumps(o.overrides), o.failure, None if o.series is None else o.series.astype("<f8").tobytes())
+            (
+                json.dumps(o.overrides),
+                o.failure,
+                o.warning,
+                None if o.series is None else o.series.astype("<f8").tobytes(),
+            )
             for o in outcomes
         ]
         with self._file:
-            self._file.executemany("INSERT INTO runs VALUES (?, ?, ?)", rows)
+            self._file.executemany("INSERT INTO outcomes VALUES (?, ?, ?, ?)", rows)
 
     def close(self) -> None:
         """Close the file."""

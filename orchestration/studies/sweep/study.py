@@ -57,7 +57,7 @@ def run_sweep(
     -------
     Dataset
         Outputs (run, time, ...) with the parameters as coordinates of run, quantiles and sensitivities. A run that
-        fails is a row of nan with its message in `failure`.
+        fails is a row of nan with its message in `failure`; what FMUs warned of is in `warning`.
 
     Raises
     ------
@@ -99,11 +99,15 @@ def _blocks(
     else:
         order = np.concatenate([np.r_[engine.plan.outputs[name]] for name in plan.outputs])
         for block in engine.blocks(np.array(list(columns.values()), dtype=float).T):
-            left += [missing[k] for k, rows in block if rows is None]
+            left += [missing[run.number] for run in block if run.rows is None]
             yield [
-                RunOutcome(missing[k], series_at(plan.times, engine.plan.times, rows[:, order]))
-                for k, rows in block
-                if rows is not None
+                RunOutcome(
+                    missing[run.number],
+                    series_at(plan.times, engine.plan.times, run.rows[:, order]),
+                    warning=run.warning,
+                )
+                for run in block
+                if run.rows is not None
             ]
     tasks = [SweepTask(plan.source, plan.overrides, run, plan.outputs, plan.times) for run in left]
     for _, outcome in worker(tasks) if tasks else ():
@@ -122,7 +126,10 @@ def _dataset(plan: SweepPlan, outcomes: list[RunOutcome]) -> xr.Dataset:
     runs = np.array([absent if o.series is None else o.series for o in outcomes])
     names = [parameter.name for parameter in plan.parameters]
     dataset = xr.Dataset(
-        {"failure": ("run", [o.failure for o in outcomes], {"long_name": "why a run failed; empty where it did not"})},
+        {
+            "failure": ("run", [o.failure for o in outcomes], {"long_name": "why a run failed; else empty"}),
+            "warning": ("run", [o.warning for o in outcomes], {"long_name": "what FMUs warned of; else empty"}),
+        },
         {
             "run": ("run", np.arange(len(outcomes)), {"units": "1", "long_name": "number of the run"}),
             "time": ("time", plan.times, {"units": "s", "long_name": "time"}),

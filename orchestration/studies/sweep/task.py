@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
 
 import numpy as np
 
 from ... import scene, simulation
-from ...errors import CosimError
+from ...errors import CosimError, FmuWarning
 from ...fmi.archive import cached_archive
+from ..many_runs import warnings_of
 
 __all__ = ["RunOutcome", "SweepTask", "series_at"]
 
@@ -18,12 +20,13 @@ class RunOutcome:
     """Result of one run.
 
     overrides: what is set in this run alone; series: (times, columns of all outputs), None where the run failed;
-    failure: its message, empty where it did not.
+    failure: its message, empty where it did not; warning: what FMUs warned of, empty where they did not.
     """
 
     overrides: tuple[str, ...]
     series: np.ndarray | None
     failure: str = ""
+    warning: str = ""
 
 
 def series_at(times: np.ndarray, ran: np.ndarray, columns: np.ndarray) -> np.ndarray:
@@ -54,9 +57,11 @@ class SweepTask:
     def __call__(self) -> RunOutcome:
         """Run the scene; a failure becomes an outcome."""
         try:
-            result = simulation.run_table(scene.read(self.source, (*self.common, *self.overrides), cached_archive))
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", FmuWarning)  # kept in the outcome
+                result = simulation.run_table(scene.read(self.source, (*self.common, *self.overrides), cached_archive))
         except CosimError as error:
             return RunOutcome(self.overrides, None, str(error))
         ran = result["time"].to_numpy()
         columns = np.concatenate([result[name].to_numpy().reshape(ran.size, -1) for name in self.outputs], axis=1)
-        return RunOutcome(self.overrides, series_at(self.times, ran, columns))
+        return RunOutcome(self.overrides, series_at(self.times, ran, columns), warning=warnings_of(result))
