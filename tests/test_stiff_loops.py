@@ -15,8 +15,10 @@ from tca_cosim.cosim.ringing import turning_share
 from tca_cosim.studies import model_selection
 from tca_cosim.studies.model_selection.dimensionless_numbers import dimensionless_numbers
 from tca_cosim.studies.model_selection.hierarchy import ModelHierarchy, model_hierarchies
+from tca_cosim.studies.model_selection.macro_step_search import search_macro_step_last
 from tca_cosim.studies.model_selection.proposal import propose_choice
 from tca_cosim.studies.model_selection.runs import RunCache
+from tca_cosim.studies.model_selection.search import SHARE
 from tca_cosim.studies.model_selection.stiff_loops import resolve_stiff_loop, search_stiff_loop
 
 DYNAMIC = {"left.dynamic": True, "right.dynamic": True, "left.order": 2, "right.order": 2, "stop_time": 2.0}
@@ -140,14 +142,100 @@ def test_quasi_static_models_come_first_and_inertia_only_with_steps_that_resolve
     assert ("inertia" in found.rejected) is bool(chosen[0])
 
 
-@pytest.mark.parametrize(("tolerance", "dynamic"), [(1e-2, False), (1e-3, True)])
+class HalvedRuns:
+    """Runs whose errors are known: 0.1 per order, and those of a macro step of order p = 1 or 2, all independent.
+
+    Attributes
+    ----------
+    finest : dict of int to int
+        Finest macro step of runs that were made to the end, by order.
+    """
+
+    def __init__(self, waveform: str, model_at_short_steps: float = 0.0) -> None:
+        self.scene = read("step", [f"coupling.waveform={waveform}"])
+        self.ratio = 2.0**self.scene.coupling.torn.order
+        self.short = model_at_short_steps
+        self.finest: dict[int, int] = {}
+
+    def cost(self, choice: Mapping[str, int]) -> float:
+        return 10.0
+
+    def difference(
+        self, choice: Mapping[str, int], finer: Mapping[str, int], stop: float, limit: float = math.inf
+    ) -> float:
+        for each in (choice, finer):
+            self.finest[each["order"]] = max(self.finest.get(each["order"], 0), each["macro"])
+        return math.dist(self.place(choice), self.place(finer))
+
+    def first_parts_differ(
+        self, choice: Mapping[str, int], finer: Mapping[str, int], stop: float, limit: float, like: Mapping[str, int]
+    ) -> bool:
+        assert like["macro"] == 0
+        return math.dist(self.place(choice), self.place(finer)) > limit
+
+    def place(self, choice: Mapping[str, int]) -> tuple[float, float, float]:
+        grown = self.short * 0.1 ** choice["order"] if choice["macro"] >= 2 else 0.0
+        return 0.1 ** choice["order"], 0.3 * self.ratio ** -choice["macro"], grown
+
+
+ORDER_AND_STEP = (
+    ModelHierarchy("order", "space", None, ({},) * 8, 2),
+    ModelHierarchy("macro", "coupling", None, ({},) * 16),
+)
+
+
+@pytest.mark.parametrize("waveform", ["held", "linear"])
+@pytest.mark.parametrize("tolerance", [0.5, 3e-2, 2e-3, 3e-4])
+def test_the_macro_step_comes_last_and_its_error_is_that_of_its_order(waveform: str, tolerance: float) -> None:
+    """The true error is within the tolerance, with the longest macro step or half of it; finer models are run with
+    macro steps that are no shorter."""
+    runs, start = HalvedRuns(waveform), {"order": 0, "macro": 0}
+    found = search_macro_step_last(runs, ORDER_AND_STEP, start, tolerance, 0.4, 1.0, lambda choice, error: None)
+    error = math.hypot(*runs.place(found.choice))
+    assert error <= found.estimate <= tolerance
+    if found.choice["macro"] > 1:
+        assert math.hypot(*runs.place({**found.choice, "macro": found.choice["macro"] - 2})) > SHARE * tolerance
+    assert runs.finest.pop(found.choice["order"]) <= found.choice["macro"] + 1
+    assert max(runs.finest.values()) <= found.choice["macro"]
+
+
+def test_models_that_matter_with_short_macro_steps_alone_are_found_too() -> None:
+    """What the order lacks grows tenfold where macro steps are short, as a vibration that long ones suppress."""
+    runs, start = HalvedRuns("held", 10.0), {"order": 0, "macro": 0}
+    found = search_macro_step_last(runs, ORDER_AND_STEP, start, 5e-3, 0.4, 1.0, lambda choice, error: None)
+    assert math.hypot(*runs.place(found.choice)) <= 5e-3
+    long = HalvedRuns("held")
+    alone = search_macro_step_last(long, ORDER_AND_STEP, start, 5e-3, 0.4, 1.0, lambda choice, error: None)
+    assert found.choice["order"] == alone.choice["order"] + 1
+
+
+def test_runs_that_part_after_the_window_are_told() -> None:
+    runs = HalvedRuns("held")
+    agree = runs.difference
+    runs.difference = lambda choice, finer, stop, limit=math.inf: 0.8 if stop > 0.4 else agree(choice, finer, stop)
+    with pytest.raises(tca.CosimError, match=r"agree until t = 0.4 s .* by 80% .* such as tip_force\[2\] of a rod"):
+        search_macro_step_last(
+            runs, ORDER_AND_STEP, {"order": 0, "macro": 0}, 3e-2, 0.4, 1.0, lambda choice, error: None
+        )
+
+
+def test_a_small_load_chooses_the_side_that_a_finger_buckles_to() -> None:
+    """At 3.5 V the left finger leaves the plane at 12 s, to a side that rounding chooses."""
+    loads = ["left.tip_force[2]=1e-5 N", "right.tip_force[2]=1e-5 N", "left_heat.V[1]=3.5 V", "right_heat.V[1]=3 V"]
+    chosen = model_selection.select(read("gripper", [*loads, "stop_time=14", "fidelity.tolerance=1e-2"]))
+    assert chosen.search.estimate <= 1e-2
+    assert abs(chosen.run.result.to_xarray()["left.tip.p"][-1, 1]) > 5e-3
+
+
+@pytest.mark.parametrize(("tolerance", "dynamic"), [(1e-2, False), (1e-3, True), (1e-4, True)])
 def test_models_of_the_gripper(tolerance: float, dynamic: bool) -> None:
     """Its true error, against models that are finer in everything; `tca-cosim select gripper --audit` takes minutes."""
     scene = read("gripper", [f"fidelity.tolerance={tolerance}", "fidelity.search=anew", "stop_time=4"])
     actual = model_selection.select(scene)
     choice = actual.search.choice
     assert bool(choice["inertia"]) is dynamic
-    fine = {**choice, "heat": 2, "strains": 3, "inertia": 1, "order": 4, "step": 3, "macro": 3}
+    finer = {"heat": 3, "strains": 3, "inertia": 1, "order": choice["order"] + 2, "step": 3}
+    fine = {**choice, **finer, "macro": max(choice["macro"] + 1, 3)}
     error = actual.runs.difference(choice, fine, 4.0)
     actual.runs.close()
     assert error <= tolerance

@@ -72,15 +72,17 @@ def _quantity(scene: Scene, member: str, output: str) -> Quantity:
     return Quantity(member, elements, _LEAST_RANGE * variable.nominal, variable.unit == "rad")
 
 
-def relative_error(trajectory: Trajectory, reference: Trajectory, quantities: Mapping[str, Quantity]) -> float:
-    """The largest error of all quantities, share of the range of each."""
+def relative_error(
+    trajectory: Trajectory, reference: Trajectory, quantities: Mapping[str, Quantity], ranges: Trajectory | None = None
+) -> float:
+    """The largest error of all quantities, share of the range of each: in `ranges`, in the reference by default."""
     a, b = trajectory.times, reference.times
     after = np.clip(np.searchsorted(b, a), 1, len(b) - 1)
     nearest = after - (a - b[after - 1] < b[after] - a)
     same = np.abs(a - b[nearest]) <= _SAME_TIME * b[-1]
     worst = 0.0
     for name, quantity in quantities.items():
-        span = float(np.linalg.norm(np.ptp(reference.values[name], axis=0)))
+        span = float(np.linalg.norm(np.ptp((ranges or reference).values[name], axis=0)))
         gap = trajectory.values[name][same] - reference.values[name][nearest[same]]
         if quantity.angle:
             gap = (gap + np.pi) % (2.0 * np.pi) - np.pi

@@ -199,6 +199,23 @@ class RunCache:
                 break
         return error
 
+    def first_parts_differ(self, choice: Choice, finer: Choice, stop: float, limit: float, like: Choice) -> bool:
+        """Whether first parts of two runs show that their difference until `stop` [s] exceeds `limit`.
+
+        like: the choice whose run until then tells the ranges of the whole. A run that fails shows it too.
+        """
+        ranges = self(like, stop).trajectory(self.quantities, stop)
+        for share in _PARTS[:-1]:
+            reference = self(finer, share * stop).trajectory(self.quantities, share * stop)
+            try:
+                run = self(choice, share * stop)
+            except CosimError:
+                return True
+            part = run.trajectory(self.quantities, share * stop)
+            if not math.sqrt(share) * relative_error(part, reference, self.quantities, ranges) <= limit:
+                return True
+        return False
+
     def cost(self, choice: Choice) -> float:
         """CPU time of the run with that choice so far [s]; 0 where there is none."""
         run = self._runs.get(tuple(sorted(choice.items())))

@@ -69,12 +69,13 @@ def refine(
     stop: float,
     trial: Trial,
     known: Known | None = None,
+    share: float = SHARE,
 ) -> Choice:
-    """Refine a choice until its estimated error until `stop` [s] is at most SHARE * tolerance.
+    """Refine a choice until its estimated error until `stop` [s] is at most share * tolerance.
 
     known: contributions measured before; it gets those measured here. Raises CosimError where no choice meets that.
     """
-    allowed, known = SHARE * tolerance, {} if known is None else known
+    allowed, known = share * tolerance, {} if known is None else known
     while True:
         estimate = runs.difference(choice, comparison_choice(hierarchies, choice), stop)
         trial(choice, estimate)
@@ -91,7 +92,8 @@ def refine(
         if not candidates:
             raise CosimError(
                 f"{runs.scene.name}: no level meets the tolerance {tolerance:g}: even the finest is estimated to be "
-                f"off by {estimate:.2g} of the range; ask for less, or make coupling.macro_step shorter"
+                f"off by {estimate:.2g} of the range; ask for less, make coupling.macro_step shorter, or, where a body "
+                "buckles to a side that rounding chooses, let a small load choose it, such as tip_force[2] of a rod"
             )
         largest = max(candidates, key=candidates.__getitem__)
         refined = {h.name for h in hierarchies if h.name == largest or candidates.get(h.name, 0.0) > tolerance}
@@ -110,12 +112,13 @@ def coarsen(
     stop: float,
     trial: Trial,
     known: Known | None = None,
+    share: float = SHARE,
 ) -> SearchResult:
-    """Coarsen a choice that meets the tolerance until `stop` [s] as far as the estimated error allows.
+    """Coarsen a choice that meets the tolerance until `stop` [s] as far as an error of share * tolerance allows.
 
     Runs that are too coarse end where they have shown it. known: contributions measured before.
     """
-    allowed, fine = SHARE * tolerance, comparison_choice(hierarchies, choice)
+    allowed, fine = share * tolerance, comparison_choice(hierarchies, choice)
     known = {} if known is None else known
     estimate, rejected = runs.difference(choice, fine, stop), {}
     for name in (name for name in _COARSENED if name in choice):

@@ -18,6 +18,7 @@ from .dimensionless_numbers import DimensionlessNumbers, dimensionless_numbers
 from .explanation import reasons, summary
 from .hierarchy import Choice, Hierarchies, choice_settings, model_hierarchies, with_required
 from .kept_choice import keep_choice, kept_choice
+from .macro_step_search import search_macro_step_last
 from .proposal import propose_choice
 from .reference_level import reference_choice
 from .runs import ResumableRun, RunCache
@@ -165,6 +166,9 @@ def select(
         requires = next((h.requires for h in hierarchies if h.name == "inertia"), {})
         if any(least > choice[name] + 1 for name, least in requires.items()) and not choice["inertia"]:
             search = search_stiff_loop(runs, hierarchies, choice, tolerance, window, stop, shown.tried)
+        elif numbers.loaded_by_others and "macro" in choice:
+            choice = with_required(hierarchies, choice)
+            search = search_macro_step_last(runs, hierarchies, choice, tolerance, window, stop, shown.tried)
         else:
             choice = with_required(hierarchies, choice)
             for until in (window, stop):  # at once where the rest is alike
