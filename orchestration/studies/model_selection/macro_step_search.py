@@ -58,25 +58,25 @@ def search_macro_step_last(
         _require_one_way(runs, estimate, window, stop)
 
     choice = refine(runs, models, choice, tolerance, stop, tried, known, _OTHERS * SHARE)
-    found = coarsen(runs, models, choice, tolerance, stop, trial, known, _OTHERS * SHARE)
-    gaps = {name: gap for name, gap in found.gaps.items() if name not in ("macro", "step")}
+    coarsest = coarsen(runs, models, choice, tolerance, stop, trial, known, _OTHERS * SHARE)
+    gaps = {name: gap for name, gap in coarsest.gaps.items() if name not in ("macro", "step")}
     allowed, ratio = SHARE * tolerance, 2.0**runs.scene.coupling.torn.order
     highest = next(h.highest for h in hierarchies if h.name == "macro")
-    for level in range(found.choice["macro"], highest + 1):
-        choice, half = {**found.choice, "macro": level}, {**found.choice, "macro": level + 1}
-        if runs.first_parts_differ(choice, half, stop, allowed * (ratio - 1.0), found.choice):
+    for level in range(coarsest.choice["macro"], highest + 1):
+        choice, half = {**coarsest.choice, "macro": level}, {**coarsest.choice, "macro": level + 1}
+        if runs.first_parts_differ(choice, half, stop, allowed * (ratio - 1.0), coarsest.choice):
             continue
         gap = runs.difference(choice, half, stop)
         if gap > allowed * (ratio - 1.0):
             continue
         finer = comparison_choice(_without(hierarchies, choice, ("macro",)), choice)
-        others = runs.difference(choice, finer, stop)
+        rest = runs.difference(choice, finer, stop)
         for each, error in ((choice, gap * ratio / (ratio - 1.0)), (half, gap / (ratio - 1.0))):
-            trial(each, others + error)
-            if others + error <= allowed:
+            trial(each, rest + error)
+            if rest + error <= allowed:
                 gaps |= {"macro": gap} if each is choice else {}
-                return SearchResult(each, others + error, gaps, found.rejected)
-        if others > _OTHERS * allowed:  # what was compared at a longer macro step does not hold at this one
+                return SearchResult(each, rest + error, gaps, coarsest.rejected)
+        if rest > _OTHERS * allowed:  # what was compared at a longer macro step does not hold at this one
             break
     choice = refine(runs, hierarchies, choice, tolerance, stop, trial)
     return coarsen(runs, hierarchies, choice, tolerance, stop, trial)
