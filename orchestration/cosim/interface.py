@@ -77,7 +77,7 @@ class InterfaceVector:
         self._units = np.array(units, dtype=object)
         self.fits_nominals = bool(self.adaptive.any())
         self.with_rates = any(with_rates)
-        self._adapted = self._provisional = False
+        self._adapted = self._provisional = self._settled = False  # settled: adapt() was the last to fit nominals
         self._unseen = np.zeros(self.size, dtype=bool)  # (n,) unknowns that were zero when nominals were fitted
 
     def adapt(self, values: np.ndarray) -> bool:
@@ -89,7 +89,10 @@ class InterfaceVector:
         """
         if not self.fits_nominals:
             return False
-        self._sizes = _larger(self._sizes, values)
+        before, self._sizes = self._sizes, _larger(self._sizes, values)
+        if self._settled and (self._sizes == before).all():  # as in most steps
+            return False
+        self._settled = True
         wanted, unseen = self._fitted(self._sizes)
         if unseen[self.adaptive].all():
             return False
@@ -105,10 +108,13 @@ class InterfaceVector:
         """Fit undeclared nominals to the values (n,) of a first sweep that are too large for them, until adapt()."""
         if not self.fits_nominals:
             return False
-        wanted, unseen = self._fitted(_larger(self._sizes, values))
+        sizes = _larger(self._sizes, values)
+        if self._settled and (sizes == self._sizes).all():
+            return False
+        wanted, unseen = self._fitted(sizes)
         if unseen[self.adaptive].all() or (self._adapted and (wanted <= GROWTH * self.scale).all()):
             return False
-        self.scale, self._unseen, self._adapted, self._provisional = wanted, unseen, True, True
+        self.scale, self._unseen, self._adapted, self._provisional, self._settled = wanted, unseen, True, True, False
         return True
 
     def _fitted(self, sizes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
