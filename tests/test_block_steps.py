@@ -81,6 +81,14 @@ def test_blocks_give_what_the_master_gives(name: str, taken: list[int], monkeypa
         assert not taken
 
 
+@pytest.mark.parametrize("name", ["sine", "switch"])
+def test_without_a_loop_blocks_take_every_step(name: str, taken: list[int], monkeypatch: pytest.MonkeyPatch) -> None:
+    inside = {"rod.closure": "inside", "stop_time": "6 s"}
+    blocks = run(name, inside)
+    assert sum(taken) == statistics(blocks[0])["steps"]
+    assert_same(blocks, by_the_master(monkeypatch, name, inside))
+
+
 @pytest.mark.parametrize(
     "overrides",
     [

@@ -23,7 +23,7 @@ __all__ = ["METHODS", "SAMPLES", "ComponentMemory", "NodeMemory", "fits"]
 
 METHODS = {"held": 0, "linear": 1, "hermite": 3}  # polynomials that the loop knows: their numbers in engine.h
 TORN_METHODS = ("held", "linear")
-SAMPLES = 3  # of each subsystem before a step, so that all polynomials have their full degree
+SAMPLES = 3  # of each subsystem that the master keeps; the polynomials that the loop knows need the newest alone
 
 
 def fits(node: Node) -> bool:
@@ -102,13 +102,14 @@ class NodeMemory:
 
     def is_ready(self) -> bool:
         """Return whether a block may begin with what the node has now."""
-        if len(self.node.samples) < SAMPLES or self.node.observer is not None:
+        if not self.node.samples or self.node.observer is not None:
             return False
         return self.slave is None or self.slave.is_ready_for_blocks()
 
     def load(self, master: Master) -> None:
         """Write what the master knows of the node."""
-        for row, (time, values, rates) in zip(self._samples, self.node.samples, strict=True):
+        self._known = len(self.node.samples)
+        for row, (time, values, rates) in zip(self._samples[-self._known :], self.node.samples, strict=True):
             row[0] = time
             row[1 : 1 + self._outputs] = values
             if rates is not None:
@@ -130,7 +131,7 @@ class NodeMemory:
             rated, m = node.needs_rates, self._outputs
             node.samples = tuple(
                 Sample(float(row[0]), row[1 : 1 + m].copy(), row[1 + m :].copy() if rated else None)
-                for row in self._samples
+                for row in self._samples[-(self._known + done) :]
             )
             node.current = node.samples[-1]
         if self.slave is None:

@@ -1,8 +1,8 @@
 """Macro steps in C++ (fmus/engine/block.h) in place of the master, where all subsystems are FMUs of this project.
 
-Whatever is not the ordinary course is left to the master: the first steps after an event, steps that fail or warn, and
-every scene that has something the C++ loop does not know. Results are those of the master to the last bit. So that they
-are, sums come from the BLAS of numpy, and a check shows that both round alike (compiled_arithmetic.py).
+Whatever is not the ordinary course is left to the master: the first steps of a loop after an event, steps that fail or
+warn, and every scene that has something the C++ loop does not know. Results are those of the master to the last bit. So
+that they are, sums come from the BLAS of numpy, and a check shows that both round alike (compiled_arithmetic.py).
 """
 
 from __future__ import annotations
