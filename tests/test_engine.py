@@ -141,6 +141,12 @@ def test_a_run_that_fails_leaves_the_others_alone() -> None:
         ("step", ["coupling.waveform=hermite"], {"parameters": {"rod.body.E": [1.0]}}, r"coupling.waveform = 'linear'"),
         ("gripper", [], {"parameters": {"left.body.E": [1.0]}}, "object.force_left is iterated and has no nominal"),
         ("step", [*LOOSE, "coupling.control=doubling"], {"parameters": {"rod.body.E": [1.0]}}, "coupling.control"),
+        (
+            "step",
+            [*LOOSE, "coupling.macro_step=1e-9"],
+            {"parameters": {"rod.body.E": [1.0]}},
+            r"3e\+10 steps.*macro step",
+        ),
         ("step", LOOSE, {"parameters": {"rod.body.Ee": [1.0]}}, "no Real parameter"),
         ("step", LOOSE, {"parameters": {"rot.body.E": [1.0]}}, "no such FMU"),
         ("step", LOOSE, {"parameters": {"rod.body.E": [np.nan]}}, "not finite"),

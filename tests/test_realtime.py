@@ -32,10 +32,11 @@ def test_a_paced_run_is_the_masters() -> None:
     assert result.allocations is None  # nobody counts in this process
 
 
-@pytest.mark.parametrize("name", ["drop", "tap", "pulse", "serial", "payload", "step", "feedback"])
+@pytest.mark.parametrize("name", ["drop", "tap", "pulse", "serial", "payload", "step", "feedback", "fan"])
 @pytest.mark.skipif(counting_library() is None, reason="allocations are counted on Linux")
 def test_steps_allocate_nothing(name: str, tmp_path: Path) -> None:
-    done = command("realtime", name, "--set", "stop_time=0.5", "--period", "0 ms", folder=tmp_path)
+    sets = ["--set", "stop_time=0.5", "--set", "coupling.macro_step=20 ms"]
+    done = command("realtime", name, *sets, "--period", "0 ms", folder=tmp_path)
     assert done.returncode == 0, done.stderr
     assert "allocations in steps: 0;" in done.stdout
 

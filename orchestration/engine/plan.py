@@ -35,6 +35,7 @@ from . import binding
 __all__ = ["EnginePlan", "communication_points", "expanded"]
 
 ROWS = 4  # of a polynomial of inputs
+MAX_STEPS = 10**7  # of a plan: inputs, outputs and times of all of them are kept, some hundred bytes each
 BY_MASTER = "run it by the master instead (tca.run)"
 
 
@@ -326,6 +327,13 @@ def communication_points(scene: Scene) -> np.ndarray:
 
 
 def _macro_steps(scene: Scene) -> list[Segment]:
+    count = (scene.stop_time - scene.start_time) / scene.coupling.macro_step
+    if count > MAX_STEPS:
+        raise SceneError(
+            f"{scene.name}: coupling.macro_step = {scene.coupling.macro_step:g} s: {count:.3g} steps until "
+            f"{scene.stop_time:g} s; the engine keeps the outputs of at most {MAX_STEPS:.0e}; make the macro step (the "
+            "period of realtime) longer, or stop_time less"
+        )
     breaks = [t for member in scene.members for signal in member.signals.values() for t in signal.breaks]
     return list(segments(scene.start_time, scene.stop_time, scene.coupling.macro_step, breaks))
 

@@ -1,6 +1,7 @@
 // TCAs of any radii, anywhere in the section: the cells that they own, and every level of the model in them.
 #include <gtest/gtest.h>
 
+#include <Eigen/SparseCholesky>
 #include <numbers>
 #include <random>
 

@@ -1,4 +1,4 @@
-// Factors with a kept elimination order are those that Eigen makes anew, to the last bit.
+// Factors with a kept elimination order, and in kept memory, are those that Eigen makes anew, to the last bit.
 #include <gtest/gtest.h>
 
 #include <Eigen/SparseCholesky>
@@ -32,4 +32,20 @@ TEST(SymmetricFactor, IsThatOfEigen) {
       }
     }
   }
+}
+
+TEST(SymmetricFactor, InKeptMemoryIsTheSame) {
+  Parameters p;
+  const HeatMatrices m = must(heat_matrices(p, 3));
+  const SymmetricFactor factor(m.stiffness, Eigen::VectorXd::Ones(m.size()));
+  SymmetricFactor::Factors<1> factors;
+  Eigen::VectorXd work(m.size()), x(m.size());
+  for (const double shift : {2.0, 0.5, 30.0}) {
+    ASSERT_TRUE(factor.factor(shift, factors));
+    const Eigen::VectorXd inverse_pivots = factors.pivots.matrix().transpose().cwiseInverse();
+    factor.substitute(factors, inverse_pivots, m.loads.col(0), work, x);
+    EXPECT_EQ(x, factor.solve(std::vector{shift}, m.loads)[0].col(0));
+  }
+  const SymmetricFactor singular(Eigen::SparseMatrix<double>(m.stiffness * 0.0), Eigen::VectorXd::Zero(m.size()));
+  EXPECT_FALSE(singular.factor(1.0, factors));
 }

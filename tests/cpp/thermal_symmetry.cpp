@@ -1,6 +1,7 @@
 // A cyclic section in its harmonics is the section as a whole.
 #include <gtest/gtest.h>
 
+#include <Eigen/SparseCholesky>
 #include <numeric>
 
 #include "mesh/heat_section.hpp"

@@ -16,6 +16,7 @@ FullSystem::FullSystem(const HeatMatrices& m, const Parameters& parameters)
       root(m.mass.cwiseSqrt()),
       load(root.cwiseInverse().asDiagonal() * m.loads),
       a_((root.cwiseInverse().asDiagonal() * m.stiffness * root.cwiseInverse().asDiagonal()).eval()),
+      factor_(a_, Vector::Ones(m.size())),
       probes_(m.probes),
       peak_(m.probe_patches, static_cast<int>(m.probes.size()), m.order),
       peak_values_(static_cast<Index>(m.probes.size())),
@@ -23,7 +24,6 @@ FullSystem::FullSystem(const HeatMatrices& m, const Parameters& parameters)
       T_0_(parameters.T_0),
       permuted_(m.size()),
       is_insulated_(m.is_insulated) {
-  factor_.analyzePattern(a_);
   if (!convection.is_constant()) surface_ = m.loads.col(m.tcas()).cwiseQuotient(m.mass);
   if (!is_insulated_) return;
   uniform_ = root.normalized();
@@ -65,17 +65,11 @@ bool FullSystem::solve(double gamma, const Eigen::Ref<const Vector>& b, Eigen::R
   ++counts.solves;
   if (gamma != gamma_) {
     ++counts.factorisations;
-    factor_.setShift(1.0 / gamma);
-    factor_.factorize(a_);
-    if (factor_.info() != Eigen::Success) return false;
-    inverse_pivots_ = (gamma * factor_.vectorD()).cwiseInverse();
+    if (!factor_.factor(1.0 / gamma, factors_)) return false;
+    inverse_pivots_ = (gamma * factors_.pivots.matrix().transpose()).cwiseInverse();
     gamma_ = gamma;
   }
-  permuted_.noalias() = factor_.permutationP() * b;
-  factor_.matrixL().solveInPlace(permuted_);
-  permuted_.array() *= inverse_pivots_.array();
-  factor_.matrixU().solveInPlace(permuted_);
-  x.noalias() = factor_.permutationPinv() * permuted_;
+  factor_.substitute(factors_, inverse_pivots_, b, permuted_, x);
   if (is_insulated_)  // the balance of heat, u' (1 + gamma A) x = u' b
     x += (uniform_.dot(b) - uniform_.dot(x) - gamma * loss_.dot(x)) / (1.0 + gamma * loss_.dot(uniform_)) * uniform_;
   return true;

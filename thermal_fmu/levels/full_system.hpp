@@ -4,10 +4,9 @@
 // stays.
 #pragma once
 
-#include <Eigen/SparseCholesky>
-
 #include "levels/heat_level.hpp"
 #include "mesh/heat_matrices.hpp"
+#include "mesh/symmetric_factor.hpp"
 #include "physics/circuit.hpp"
 #include "physics/convection.hpp"
 
@@ -51,6 +50,7 @@ class FullSystem {
   using SparseMatrix = Eigen::SparseMatrix<double>;
 
   SparseMatrix a_;
+  SymmetricFactor factor_;  // of a + 1/gamma
   std::vector<int> probes_;
   void observe_probes(const Eigen::Ref<const Vector>& x);
 
@@ -58,7 +58,7 @@ class FullSystem {
   Vector peak_values_;  // scratch
   double surface_conductance_, T_0_;
   Vector surface_;  // convection of the matrices at every node, by its heat capacity [1/s]; empty where h is constant
-  Eigen::SimplicialLDLT<SparseMatrix> factor_;  // of a + 1/gamma
+  SymmetricFactor::Factors<1> factors_;
   double gamma_ = 0.0;
   Vector inverse_pivots_, permuted_;
   // Insulated sections: A conserves heat only to rounding of the conduction, which may exceed the convection. With the

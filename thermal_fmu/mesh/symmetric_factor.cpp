@@ -145,24 +145,24 @@ std::vector<Eigen::MatrixXd> SymmetricFactor::solve(std::span<const double> shif
   return solutions;
 }
 
-/// Factors row by row, each by substitution in those above it, then substitutes in L, D and L'. Columns of the arrays
-/// hold one number of each shift's.
+/// Row by row, each by substitution in those above it.
 template <int lanes>
-void SymmetricFactor::solve(const double* shifts, const Eigen::MatrixXd& right,
-                            std::span<Eigen::MatrixXd> solutions) const {
-  using Lane = Eigen::Array<double, lanes, 1>;
-  using Lanes = Eigen::Array<double, lanes, Eigen::Dynamic>;
+void SymmetricFactor::factor(const Eigen::Array<double, lanes, 1>& shift, Factors<lanes>& factors) const {
   const EliminationOrder& order = *order_;
-  const Lane shift = Eigen::Map<const Lane>(shifts);
-  const Index size = right.rows(), columns = right.cols();
-  Lanes lower(lanes, static_cast<Index>(order.lower_row.size())), pivots(lanes, size), row = Lanes::Zero(lanes, size);
+  const auto size = static_cast<Index>(diagonal_.size());
+  auto& [lower, pivots, row] = factors;
+  if (row.cols() != size) {
+    lower.resize(lanes, static_cast<Index>(order.lower_row.size()));
+    pivots.resize(lanes, size);
+    row.setZero(lanes, size);
+  }
   for (Index k = 0; k < size; ++k) {
     for (int entry = order.upper_begin[k]; entry < order.upper_begin[k + 1]; ++entry)
       row.col(order.upper_row[entry]) = upper_[entry];
-    Lane pivot = diagonal_[k] + shift * weights_[k];
+    Eigen::Array<double, lanes, 1> pivot = diagonal_[k] + shift * weights_[k];
     for (int entry = order.reach_begin[k]; entry < order.reach_begin[k + 1]; ++entry) {
       const int column = order.reach_column[entry], place = order.reach_place[entry];
-      const Lane value = row.col(column);
+      const Eigen::Array<double, lanes, 1> value = row.col(column);
       row.col(column) = 0.0;
       for (int p = order.lower_begin[column]; p < place; ++p) row.col(order.lower_row[p]) -= lower.col(p) * value;
       lower.col(place) = value / pivots.col(column);
@@ -170,6 +170,40 @@ void SymmetricFactor::solve(const double* shifts, const Eigen::MatrixXd& right,
     }
     pivots.col(k) = pivot;
   }
+}
+
+bool SymmetricFactor::factor(double shift, Factors<1>& factors) const {
+  factor<1>(Eigen::Array<double, 1, 1>(shift), factors);
+  return (factors.pivots != 0.0).all();
+}
+
+void SymmetricFactor::substitute(const Factors<1>& factors, const Eigen::VectorXd& inverse_pivots,
+                                 const Eigen::Ref<const Eigen::VectorXd>& b, Eigen::VectorXd& work,
+                                 Eigen::Ref<Eigen::VectorXd> x) const {
+  const EliminationOrder& order = *order_;
+  const double* lower = factors.lower.data();
+  work.noalias() = order.to * b;
+  for (Index j = 0; j < work.size(); ++j)
+    for (int p = order.lower_begin[j]; p < order.lower_begin[j + 1]; ++p)
+      work[order.lower_row[p]] -= lower[p] * work[j];
+  work.array() *= inverse_pivots.array();
+  for (Index j = work.size(); j-- > 0;)
+    for (int p = order.lower_begin[j]; p < order.lower_begin[j + 1]; ++p)
+      work[j] -= lower[p] * work[order.lower_row[p]];
+  x.noalias() = order.to.transpose() * work;
+}
+
+/// Factors, then substitutes in L, D and L'. Columns of the arrays hold one number of each shift's.
+template <int lanes>
+void SymmetricFactor::solve(const double* shifts, const Eigen::MatrixXd& right,
+                            std::span<Eigen::MatrixXd> solutions) const {
+  using Lane = Eigen::Array<double, lanes, 1>;
+  using Lanes = Eigen::Array<double, lanes, Eigen::Dynamic>;
+  const EliminationOrder& order = *order_;
+  const Index size = right.rows(), columns = right.cols();
+  Factors<lanes> factors;
+  factor<lanes>(Eigen::Map<const Lane>(shifts), factors);
+  const auto& [lower, pivots, row] = factors;
 
   Lanes x(lanes, size * columns);  // columns of one row side by side
   for (Index i = 0; i < size; ++i)

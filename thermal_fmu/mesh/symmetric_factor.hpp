@@ -35,7 +35,23 @@ class SymmetricFactor {
   /// (matrix + shift diag(weights))^-1 right for each shift.
   std::vector<Eigen::MatrixXd> solve(std::span<const double> shifts, const Eigen::MatrixXd& right) const;
 
+  /// Factors for several shifts at once, one to a row.
+  template <int lanes>
+  struct Factors {
+    Eigen::Array<double, lanes, Eigen::Dynamic> lower, pivots, row;  // L, D, and zeros between factorings
+  };
+
+  /// Factors of matrix + shift diag(weights), in memory that the next shift can use. False: a pivot is zero.
+  bool factor(double shift, Factors<1>& factors) const;
+  /// x = (L D' L')^-1 b with D' = 1/inverse_pivots; x and b are in the order of the matrix, work and pivots in that of
+  /// elimination.
+  void substitute(const Factors<1>& factors, const Eigen::VectorXd& inverse_pivots,
+                  const Eigen::Ref<const Eigen::VectorXd>& b, Eigen::VectorXd& work,
+                  Eigen::Ref<Eigen::VectorXd> x) const;
+
  private:
+  template <int lanes>
+  void factor(const Eigen::Array<double, lanes, 1>& shift, Factors<lanes>& factors) const;
   template <int lanes>
   void solve(const double* shifts, const Eigen::MatrixXd& right, std::span<Eigen::MatrixXd> solutions) const;
 
