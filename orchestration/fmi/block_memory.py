@@ -150,6 +150,9 @@ class ComponentMemory:
         interface = component.interface
         n = self.size = interface.size
         numbers = {node: k for k, node in enumerate(master.nodes)}
+        self.structure = c.Component(numbers[component.nodes[0]], len(component.nodes))
+        if not n:  # no loop, nothing to learn
+            return
         self._columns, self._combined = np.zeros((n, 2 * n)), np.zeros((n, 2 * n))
         sources = [numbers[torn.node] for torn in interface.outputs]
         sizes = [torn.columns.size for torn in interface.outputs]
@@ -173,6 +176,8 @@ class ComponentMemory:
 
     def load(self, master: Master) -> None:
         """Write what was learned in earlier steps."""
+        if not self.size:
+            return
         history = master.history(self.component)
         secants, solutions = history.secants, history.solutions
         self.structure.solved = solved = len(solutions.times)
@@ -186,6 +191,8 @@ class ComponentMemory:
 
     def store(self, master: Master) -> None:
         """Read what the loop left."""
+        if not self.size:
+            return
         history = master.history(self.component)
         secants, kept = history.secants, self.structure.kept
         solved = self.structure.solved

@@ -114,8 +114,10 @@ class ResultTable:
         """Return the Dataset of the same content."""
         coordinates = tuple((name, a.dims, a.dtype.str, a.values.tobytes()) for name, a in self.coords.items())
         shapes = tuple((name, array.dims, array.shape) for name, array in self.data_vars.items())
-        dataset = _empty_dataset(coordinates, shapes).copy(data={name: a.values for name, a in self.data_vars.items()})
+        dataset = _empty_dataset(coordinates, shapes).copy()
         variables = dataset.variables
+        for name, array in self.data_vars.items():
+            variables[name].data = array.values
         for name, array in (*self.coords.items(), *self.data_vars.items()):
             variables[name].attrs = array.attrs
         dataset.attrs = self.attrs
