@@ -20,7 +20,7 @@ from .hierarchy import Choice, Hierarchies
 from .runs import RunCache
 from .search import SHARE, Known, SearchResult, Trial, coarsen, comparison_choice, refine
 
-__all__ = ["search_macro_step_last"]
+__all__ = ["search_macro_step", "search_macro_step_last"]
 
 _OTHERS = 0.75  # share of the allowed error that all but the macro step may take
 _PARTED = 0.5  # difference over the scene from which on runs whose first part agrees have gone different ways
@@ -59,12 +59,40 @@ def search_macro_step_last(
 
     choice = refine(runs, models, choice, tolerance, stop, tried, known, _OTHERS * SHARE)
     coarsest = coarsen(runs, models, choice, tolerance, stop, trial, known, _OTHERS * SHARE)
-    gaps = {name: gap for name, gap in coarsest.gaps.items() if name not in ("macro", "step")}
+    return search_macro_step(runs, hierarchies, coarsest, coarsest.choice, tolerance, stop, trial)
+
+
+def search_macro_step(
+    runs: RunCache,
+    hierarchies: Hierarchies,
+    models: SearchResult,
+    like: Choice,
+    tolerance: float,
+    stop: float,
+    trial: Trial,
+) -> SearchResult:
+    """Search for the macro step of models that are chosen, from that of their choice on.
+
+    Parameters
+    ----------
+    runs, hierarchies, tolerance, stop, trial
+        As those of refine().
+    models : SearchResult
+        That of the models; the choice need not have been run.
+    like : Choice
+        A choice that has been run to the end of the scene, whose ranges are those of the answer.
+
+    Raises
+    ------
+    CosimError
+        Where no level meets the tolerance.
+    """
+    gaps = {name: gap for name, gap in models.gaps.items() if name not in ("macro", "step")}
     allowed, ratio = SHARE * tolerance, 2.0**runs.scene.coupling.torn.order
     highest = next(h.highest for h in hierarchies if h.name == "macro")
-    for level in range(coarsest.choice["macro"], highest + 1):
-        choice, half = {**coarsest.choice, "macro": level}, {**coarsest.choice, "macro": level + 1}
-        if runs.first_parts_differ(choice, half, stop, allowed * (ratio - 1.0), coarsest.choice):
+    for level in range(models.choice["macro"], highest + 1):
+        choice, half = {**models.choice, "macro": level}, {**models.choice, "macro": level + 1}
+        if runs.first_parts_differ(choice, half, stop, allowed * (ratio - 1.0), like):
             continue
         gap = runs.difference(choice, half, stop)
         if gap > allowed * (ratio - 1.0):
@@ -75,11 +103,11 @@ def search_macro_step_last(
             trial(each, rest + error)
             if rest + error <= allowed:
                 gaps |= {"macro": gap} if each is choice else {}
-                return SearchResult(each, rest + error, gaps, coarsest.rejected)
+                return SearchResult(each, rest + error, gaps, models.rejected)
         if rest > _OTHERS * allowed:  # what was compared at a longer macro step does not hold at this one
             break
-    choice = refine(runs, hierarchies, choice, tolerance, stop, trial)
-    return coarsen(runs, hierarchies, choice, tolerance, stop, trial)
+    refined = refine(runs, hierarchies, choice, tolerance, stop, trial)
+    return coarsen(runs, hierarchies, refined, tolerance, stop, trial)
 
 
 def _require_one_way(runs: RunCache, difference: float, window: float, stop: float) -> None:

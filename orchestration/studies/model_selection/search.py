@@ -20,7 +20,7 @@ from ...errors import CosimError
 from .hierarchy import Choice, Hierarchies, ModelHierarchy, with_required
 from .runs import RunCache
 
-__all__ = ["SHARE", "Known", "SearchResult", "Trial", "coarsen", "comparison_choice", "explaining_gaps", "refine"]
+__all__ = ["SHARE", "Known", "SearchResult", "Trial", "coarsen", "comparison_choice", "refine"]
 
 SHARE = 0.7  # largest estimate / tolerance; the reserve covers that differences shrink from level to level, not to zero
 _NEGLIGIBLE = 0.2  # contribution / largest estimate below which it is not measured again at finer levels of the others
@@ -130,11 +130,11 @@ def coarsen(
                 rejected[name] = error
                 break
             choice, estimate = coarser, error
-    gaps = explaining_gaps(runs, hierarchies, choice, tolerance, stop, known)
+    gaps = _explaining_gaps(runs, hierarchies, choice, tolerance, stop, known)
     return SearchResult(choice, estimate, gaps, rejected)
 
 
-def explaining_gaps(
+def _explaining_gaps(
     runs: RunCache, hierarchies: Hierarchies, choice: Choice, tolerance: float, stop: float, known: Known
 ) -> dict[str, float]:
     """Contributions that explain a choice that is good enough; those that only long runs would show are left out."""

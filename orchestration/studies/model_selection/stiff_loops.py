@@ -8,7 +8,7 @@ and g is the gain of the loop in a quasi-static run. Forces that are linear over
 their ends keep this vibration up to w H = sqrt(12); beyond, it grows, however well the loop is iterated
 (docs/theory/coupling.md). A run with inertia at the scene's own macro step may so be far off where a quasi-static one
 is right. The search therefore refines the quasi-static models first, which cost little, and compares with inertia at
-macro steps that resolve the vibration.
+macro steps that keep the vibration, which are then halved as far as needed.
 """
 
 from __future__ import annotations
@@ -19,15 +19,15 @@ from dataclasses import replace
 from ...errors import CosimError
 from .dimensionless_numbers import DimensionlessNumbers
 from .hierarchy import Choice, Hierarchies, with_required
+from .macro_step_search import search_macro_step
 from .runs import RunCache
-from .search import SHARE, Known, SearchResult, Trial, coarsen, comparison_choice, explaining_gaps, refine
+from .search import SHARE, Known, SearchResult, Trial, coarsen, comparison_choice, refine
 
 __all__ = ["resolve_stiff_loop", "search_stiff_loop"]
 
-_MOST_PHASE = 1.0  # w H [rad] that counts as resolved: six steps a period, and far from the limit
-# w H [rad] over the root of the tolerance: the vibration is off by a phase of (w H)^2/12 per step, and what follows the
-# onset of a contact is a small share of the range.
-_PHASE = 20.0
+# w H [rad] of runs with inertia, from where macro steps are halved. Less than half of the limit: the gain is that of a
+# first run, and finer models may double it.
+_MOST_PHASE = 1.5
 
 
 def resolve_stiff_loop(
@@ -45,8 +45,7 @@ def resolve_stiff_loop(
     except CosimError:
         return hierarchies
     phase = numbers.phase * math.sqrt(1.0 + gain)
-    most = min(_MOST_PHASE, _PHASE * math.sqrt(runs.scene.accuracy.tolerance))
-    halvings = max(0, math.ceil(math.log2(phase / most))) if math.isfinite(phase) else 0
+    halvings = max(0, math.ceil(math.log2(phase / _MOST_PHASE))) if math.isfinite(phase) else 0
     return tuple(
         replace(h, requires={"macro": min(halvings, _highest_macro(hierarchies))}) if h.name == "inertia" else h
         for h in hierarchies
@@ -88,13 +87,11 @@ def search_stiff_loop(
             break
     else:
         return coarsen(runs, hierarchies, choice, tolerance, stop, trial, known)
-    # The rest is small, so it is inertia that lacks. Runs are long now: none is made to see what else could be coarser.
-    choice = with_required(hierarchies, {**choice, "inertia": 1})
-    for until in (window, stop):
-        choice = refine(runs, hierarchies, choice, tolerance, until, trial, known)
-    error = runs.difference(choice, comparison_choice(hierarchies, choice), stop)
-    gaps = explaining_gaps(runs, hierarchies, choice, tolerance, stop, known)
-    return SearchResult(choice, error, gaps, {"inertia": estimate})
+    # The rest is small, so it is inertia that lacks.
+    moving = with_required(hierarchies, {**choice, "inertia": 1})
+    gaps = {name: gap for (name, level), gap in known.items() if level == choice[name]}
+    models = SearchResult(moving, estimate, {**gaps, "inertia": 0.0}, {"inertia": estimate})
+    return search_macro_step(runs, hierarchies, models, choice, tolerance, stop, trial)
 
 
 def _highest_macro(hierarchies: Hierarchies) -> int:
