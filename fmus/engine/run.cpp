@@ -181,7 +181,7 @@ bool Run::step(size_t number, double* outputs) {
     }
     if (!all_of(part, [](Member& member) { return member.save(); })) return false;
     const LoopResult result = part.loop->step(
-        members_, plan_.times[number], plan_.ends[number], [&] { return sweep(part, number); },
+        members_, plan_.times[number], plan_.lengths[number], plan_.ends[number], [&] { return sweep(part, number); },
         [&] { return all_of(part, [](Member& member) { return member.restore(); }); });
     if (!report(result, part)) return false;
     sweeps_ = std::max(sweeps_, static_cast<size_t>(result.sweeps));

@@ -60,13 +60,13 @@ void RunLoop::begin_step(const Members& members, double time) {
   past_.add(time, start_.data());
 }
 
-void RunLoop::set_first_guess(const Members& members, double time, double end) {
+void RunLoop::set_first_guess(const Members& members, double time, double length, double end) {
   if (memory_.component().solved >= TCA_LEAST) return past_.guess(end, x_.data());
-  for (const Group& group : groups_) predict(*members[group.member], group, time, end);
+  for (const Group& group : groups_) predict(*members[group.member], group, time, length);
 }
 
 // Guesses in the first two steps after an event: the parabola of fit_parabola in cosim/extrapolation.py.
-void RunLoop::predict(const Member& source, const Group& group, double time, double end) {
+void RunLoop::predict(const Member& source, const Group& group, double time, double length) {
   const Sample &first = source.past(source.known() - 1), &newest = source.past();
   const size_t n = first.values.size();
   const bool rates = source.declared().needs_rates;
@@ -93,7 +93,7 @@ void RunLoop::predict(const Member& source, const Group& group, double time, dou
   for (size_t k = 0; k < group.count; ++k)
     for (int order = 0; order < orders; ++order)
       columns_[k * orders + order] = polynomial[order * n + part_.output[group.first + k]];
-  const double s = end - time, ahead[] = {1.0, s, s * s / 2.0, s * s * s / 6.0};
+  const double ahead[] = {1.0, length, length * length / 2.0, length * length * length / 6.0};
   blas_.vector_times_columns(orders, group.count, columns_.data(), ahead, x_.data() + group.first);
 }
 

@@ -32,9 +32,9 @@ class RunLoop {
   // Iterates until the end values of the unknowns are consistent. sweep(): sets inputs by guess(), steps all members
   // of the part, and returns whether all succeeded; restore(): sets them back to the start of the step.
   template <class Sweep, class Restore>
-  LoopResult step(const Members& members, double time, double end, Sweep sweep, Restore restore) {
+  LoopResult step(const Members& members, double time, double length, double end, Sweep sweep, Restore restore) {
     begin_step(members, time);
-    set_first_guess(members, time, end);
+    set_first_guess(members, time, length, end);
     const auto evaluate = [&](const std::vector<double>& x, double* swept) {
       set_guess(end, x, false);
       if (!sweep()) return false;
@@ -75,8 +75,8 @@ class RunLoop {
   };
 
   void begin_step(const Members& members, double time);
-  void set_first_guess(const Members& members, double time, double end);
-  void predict(const Member& source, const Group& group, double time, double end);
+  void set_first_guess(const Members& members, double time, double length, double end);
+  void predict(const Member& source, const Group& group, double time, double length);
   void pack(const Members& members, bool rates, double* x) const;
   void set_guess(double time, const std::vector<double>& x, bool rates);
   std::vector<double> instant_nominals(bool rates) const;
