@@ -18,7 +18,7 @@ HeatSystem heat_system(const HeatMesh& mesh, const Parameters& parameters, std::
   m.loads = Eigen::MatrixXd::Zero(mesh.size(), surface + 1);
   m.stiffness = mesh.stiffness.zeros();
   double* const entries = m.stiffness.valuePtr();
-  const int* place = mesh.stiffness.places.data();
+  const int* position = mesh.stiffness.places.data();
   const double h = Convection(parameters).reference();
   for (const HeatElement& e : mesh.elements) {
     const bool is_tca = e.tca >= 0;
@@ -28,12 +28,12 @@ HeatSystem heat_system(const HeatMesh& mesh, const Parameters& parameters, std::
       m.mass[e.node[b]] += rho_c * e.area[b];
       if (is_tca) m.loads(e.node[b], e.tca) += e.area[b];
     }
-    for (const double each : e.diffusion) entries[*place++] += conductivity * each;
+    for (const double each : e.diffusion) entries[*position++] += conductivity * each;
     if (!e.is_at_surface) continue;
     for (Index i = 0; i < n; ++i) {
       const double convection = h * body.length * e.edge[i];
       m.loads(e.node[i + n * (n - 1)], surface) += convection;
-      entries[*place++] += convection;
+      entries[*position++] += convection;
     }
   }
   for (Index i = 0; i < surface; ++i) m.loads.col(i) /= m.loads.col(i).sum();  // annulus area -> mean

@@ -61,9 +61,9 @@ void find_factor_pattern(EliminationOrder& order) {
   order.lower_row.resize(order.reach_column.size());
   for (int k = 0; k < size; ++k)
     for (int entry = order.reach_begin[k]; entry < order.reach_begin[k + 1]; ++entry) {
-      const int place = next[order.reach_column[entry]]++;
-      order.reach_place.push_back(place);
-      order.lower_row[place] = k;
+      const int position = next[order.reach_column[entry]]++;
+      order.reach_position.push_back(position);
+      order.lower_row[position] = k;
     }
 }
 
@@ -161,12 +161,12 @@ void SymmetricFactor::factor(const Eigen::Array<double, lanes, 1>& shift, Factor
       row.col(order.upper_row[entry]) = upper_[entry];
     Eigen::Array<double, lanes, 1> pivot = diagonal_[k] + shift * weights_[k];
     for (int entry = order.reach_begin[k]; entry < order.reach_begin[k + 1]; ++entry) {
-      const int column = order.reach_column[entry], place = order.reach_place[entry];
+      const int column = order.reach_column[entry], position = order.reach_position[entry];
       const Eigen::Array<double, lanes, 1> value = row.col(column);
       row.col(column) = 0.0;
-      for (int p = order.lower_begin[column]; p < place; ++p) row.col(order.lower_row[p]) -= lower.col(p) * value;
-      lower.col(place) = value / pivots.col(column);
-      pivot -= lower.col(place) * value;
+      for (int p = order.lower_begin[column]; p < position; ++p) row.col(order.lower_row[p]) -= lower.col(p) * value;
+      lower.col(position) = value / pivots.col(column);
+      pivot -= lower.col(position) * value;
     }
     pivots.col(k) = pivot;
   }
@@ -208,8 +208,8 @@ void SymmetricFactor::solve(const double* shifts, const Eigen::MatrixXd& right,
   Lanes x(lanes, size * columns);  // columns of one row side by side
   for (Index i = 0; i < size; ++i)
     for (Index c = 0; c < columns; ++c) x.col(order.to.indices()[i] * columns + c) = right(i, c);
-  const auto subtract = [&](Index from, int place, Index of) {
-    for (Index c = 0; c < columns; ++c) x.col(from * columns + c) -= lower.col(place) * x.col(of * columns + c);
+  const auto subtract = [&](Index from, int position, Index of) {
+    for (Index c = 0; c < columns; ++c) x.col(from * columns + c) -= lower.col(position) * x.col(of * columns + c);
   };
   for (Index j = 0; j < size; ++j)
     for (int p = order.lower_begin[j]; p < order.lower_begin[j + 1]; ++p) subtract(order.lower_row[p], p, j);

@@ -21,8 +21,8 @@ struct EliminationOrder {
   std::vector<Eigen::Index> diagonal_source;
 
   std::vector<int> lower_begin, lower_row;  // L, column by column
-  // The same row by row, in the order of a substitution: column of each entry, and its place among those of L.
-  std::vector<int> reach_begin, reach_column, reach_place;
+  // The same row by row, in the order of a substitution: column of each entry, and its position among those of L.
+  std::vector<int> reach_begin, reach_column, reach_position;
 };
 
 class SymmetricFactor {
