@@ -128,6 +128,16 @@ def test_a_refused_step_is_an_error() -> None:
         run_realtime(tca.read("plain", ["stop_time=0.1"]), 0.0)
 
 
+@pytest.mark.parametrize("name", ["step", "feedback"])
+@pytest.mark.skipif(counting_library() is None, reason="allocations are counted on Linux")
+def test_events_allocate_nothing(name: str, tmp_path: Path) -> None:
+    """Loops are iterated at the instant of an event too."""
+    steps = 'thermal.V[1]={ steps = [["0 s", "0 V"], ["0.1 s", "2 V"], ["0.2 s", "1 V"]] }'
+    done = command("realtime", name, "--set", "stop_time=0.4", "--set", steps, "--period", "0 ms", folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "allocations in steps: 0;" in done.stdout
+
+
 @pytest.mark.skipif(counting_library() is None, reason="allocations are counted on Linux")
 def test_the_command_counts_and_writes(tmp_path: Path) -> None:
     done = command("realtime", "drop", "--set", "stop_time=0.1", "--period", "5 ms", folder=tmp_path)

@@ -20,22 +20,36 @@ LoopMemory::LoopMemory(std::vector<double> nominals)
   component_.solutions = solutions_.data();
 }
 
+std::vector<RunLoop::Group> RunLoop::groups_of(const TcaPart& part) {
+  std::vector<Group> groups;
+  for (size_t k = 0; k < part.unknowns; ++k)
+    if (k && part.source[k] == part.source[k - 1])
+      ++groups.back().count;
+    else
+      groups.push_back({part.source[k], k, 1});
+  return groups;
+}
+
+RunLoop::Instant::Instant(const TcaPlan& plan, std::vector<double> nominals)
+    : memory(std::move(nominals)),
+      iteration(plan.blas, memory.component(), {plan.coupling_tolerance, HUGE_VAL, plan.max_sweeps}),
+      start(memory.component().size),
+      x(start.size()) {}
+
 RunLoop::RunLoop(const TcaPlan& plan, const TcaPart& part)
     : plan_(plan),
       part_(part),
       blas_(plan.blas),
+      groups_(groups_of(part)),
       memory_(std::vector<double>(part.nominals, part.nominals + part.unknowns)),
       iteration_(plan.blas, memory_.component(), {plan.coupling_tolerance, plan.reach, plan.max_sweeps}),
       past_(memory_.component()),
+      first_(plan, instant_nominals(false)),
+      later_(plan, instant_nominals(true)),
       start_(part.unknowns),
       x_(part.unknowns),
       columns_(orders * part.unknowns),
       guesses_(plan.members) {
-  for (size_t k = 0; k < part.unknowns; ++k)
-    if (k && part.source[k] == part.source[k - 1])
-      ++groups_.back().count;
-    else
-      groups_.push_back({part.source[k], k, 1});
   for (const Group& group : groups_) {
     const size_t outputs = plan.member[group.member].outputs;
     guesses_[group.member].values.resize(outputs);

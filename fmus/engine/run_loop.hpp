@@ -15,6 +15,9 @@ using Members = std::vector<std::unique_ptr<Member>>;
 class LoopMemory {
  public:
   explicit LoopMemory(std::vector<double> nominals);
+  LoopMemory(const LoopMemory&) = delete;
+  LoopMemory& operator=(const LoopMemory&) = delete;
+
   TcaComponent& component() { return component_; }
 
  private:
@@ -49,18 +52,17 @@ class RunLoop {
   // Iterates at one instant, from the outputs that there are; rates: those of outputs that have them are unknown too.
   template <class Sweep>
   LoopResult settle(const Members& members, double time, bool rates, Sweep sweep) {
-    LoopMemory memory(instant_nominals(rates));
-    Iteration iteration(plan_.blas, memory.component(), {plan_.coupling_tolerance, HUGE_VAL, plan_.max_sweeps});
-    std::vector<double> x(memory.component().size);
-    pack(members, rates, x.data());
-    const std::vector<double> start = x;
-    const auto evaluate = [&](const std::vector<double>& guess, double* swept) {
-      set_guess(time, guess, rates);
+    Instant& instant = rates ? later_ : first_;
+    instant.memory.component().kept = 0;
+    pack(members, rates, instant.x.data());
+    instant.start = instant.x;
+    const auto evaluate = [&](const std::vector<double>& x, double* swept) {
+      set_guess(time, x, rates);
       if (!sweep()) return false;
       pack(members, rates, swept);
       return true;
     };
-    return iteration.solve(start.data(), x, evaluate, [] { return true; });
+    return instant.iteration.solve(instant.start.data(), instant.x, evaluate, [] { return true; });
   }
 
   const Sample& guess(size_t member) const { return guesses_[member]; }
@@ -69,9 +71,19 @@ class RunLoop {
   void forget();
 
  private:
-  // Unknowns that are outputs of one member: count of them from the one of number first on.
+  // Unknowns that are outputs of one member: so many, from the first one on.
   struct Group {
     size_t member, first, count;
+  };
+  static std::vector<Group> groups_of(const TcaPart& part);
+
+  // Memory of an iteration at one instant, which learns nothing from others.
+  struct Instant {
+    Instant(const TcaPlan& plan, std::vector<double> nominals);
+
+    LoopMemory memory;
+    Iteration iteration;
+    std::vector<double> start, x;
   };
 
   void begin_step(const Members& members, double time);
@@ -84,10 +96,11 @@ class RunLoop {
   const TcaPlan& plan_;
   const TcaPart& part_;
   const Blas blas_;
-  std::vector<Group> groups_;
+  const std::vector<Group> groups_;
   LoopMemory memory_;
   Iteration iteration_;
   PastSolutions past_;
+  Instant first_, later_;  // at the start of a run, and when rates are known
   std::vector<double> start_, x_, polynomial_, shifted_, columns_;
   std::vector<Sample> guesses_;  // of all members; empty where none of their outputs are guessed
 };
