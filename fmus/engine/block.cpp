@@ -129,6 +129,6 @@ class Block {
 long tca_take_steps(TcaBlock* block, TcaSteps* steps) { return Block(*block, *steps).take(); }
 
 size_t tca_layout(void) {
-  return sizeof(TcaBlas) + sizeof(TcaGroup) + sizeof(TcaNode) + sizeof(TcaComponent) + sizeof(TcaBlock) +
-         sizeof(TcaSteps);
+  return (size_t{TCA_INTERFACE} << 20) + sizeof(TcaBlas) + sizeof(TcaGroup) + sizeof(TcaNode) + sizeof(TcaComponent) +
+         sizeof(TcaBlock) + sizeof(TcaSteps);
 }

@@ -91,7 +91,7 @@ TCA_EXPORT long tca_take_steps(TcaBlock* block, TcaSteps* steps);
    many; where that is not all, the next one failed. */
 TCA_EXPORT size_t tca_step_alone(const TcaNode* node, const TcaSteps* steps);
 
-/* Sum of the sizes of the structures above, by which a caller of another version is told from one of this. */
+/* Sum of the sizes of the structures above, and of TCA_INTERFACE as in tca_plan_layout(). */
 TCA_EXPORT size_t tca_layout(void);
 
 /* What tca_take_steps does with secants, for the check that it rounds as the master: adds the difference (dx, dr) of n

@@ -17,6 +17,9 @@
 extern "C" {
 #endif
 
+/* Raised when parameters of a function change, which the sizes of structures do not show; also in engine_library.py. */
+enum { TCA_INTERFACE = 2 };
+
 enum { TCA_CONSTANT, TCA_LINE, TCA_PARABOLA, TCA_CUBIC }; /* polynomials of a connected input, by degree */
 
 typedef struct {
@@ -117,7 +120,8 @@ TCA_EXPORT int tca_realtime(const TcaPlan* plan, const double* parameters, doubl
                             double* busy, double* fixed, TcaTimes* times, char* failure, char* warnings, size_t length,
                             TcaWatch* watch);
 
-/* Sum of the sizes of the structures above, by which a caller of another version is told from one of this. */
+/* Sum of the sizes of the structures above and of TCA_INTERFACE shifted by 20 bits, by which a caller of another
+   version is told from one of this. */
 TCA_EXPORT size_t tca_plan_layout(void);
 
 #ifdef __cplusplus

@@ -167,6 +167,6 @@ int tca_realtime(const TcaPlan* plan, const double* parameters, double* outputs,
 }
 
 size_t tca_plan_layout(void) {
-  return sizeof(TcaLink) + sizeof(TcaValues) + sizeof(TcaMember) + sizeof(TcaPart) + sizeof(TcaPlan) +
-         sizeof(TcaTimes) + sizeof(TcaWatch);
+  return (size_t{TCA_INTERFACE} << 20) + sizeof(TcaLink) + sizeof(TcaValues) + sizeof(TcaMember) + sizeof(TcaPart) +
+         sizeof(TcaPlan) + sizeof(TcaTimes) + sizeof(TcaWatch);
 }

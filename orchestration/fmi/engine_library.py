@@ -16,6 +16,7 @@ from .fmi2 import LIBRARY_ENDING
 __all__ = ["has_layout", "load_block_engine", "load_engine"]
 
 NAME = f"tca_engine{LIBRARY_ENDING}"
+INTERFACE = 2  # TCA_INTERFACE of engine.h
 
 
 @lru_cache(maxsize=1)
@@ -42,12 +43,15 @@ def load_engine() -> ctypes.CDLL:
 
 
 def has_layout(engine: Any, function: str, structures: Iterable[type[ctypes.Structure]]) -> bool:
-    """Tell whether structures have the sizes that the engine's function of that name adds up, as in this version."""
+    """Tell whether structures have the sizes that the engine's function of that name adds up, as in this version.
+
+    It adds TCA_INTERFACE too, which is raised when the parameters of a function change.
+    """
     try:
         size = getattr(engine, function)()
     except AttributeError:  # an earlier version
         return False
-    return bool(size == sum(map(ctypes.sizeof, structures)))
+    return bool(size == (INTERFACE << 20) + sum(map(ctypes.sizeof, structures)))
 
 
 def load_block_engine() -> ctypes.CDLL | None:
