@@ -156,7 +156,8 @@ def run_many(
             failures[k] = str(error)
             continue
         ran = result["time"].to_numpy()
-        times = ran if times is None else times
+        if times is None or not (rows or engine or np.isin(times, ran).all()):
+            times = ran  # the first run says where the others are kept
         kept = np.flatnonzero(np.isin(ran, times))  # a step that failed was halved: there are others between
         if not np.array_equal(times, ran[kept]):
             raise SceneError(f"{scene.name}: run {k} has other communication points; run it alone (tca.run)")
