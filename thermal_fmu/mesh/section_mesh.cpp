@@ -215,9 +215,9 @@ struct KeptMesh {
 constexpr std::size_t kMaxMeshes = 32;          // kept: those of a search for the order, of a few sections
 constexpr std::size_t kMaxAddends = 1'000'000;  // of all their cells or sections together, at about 30 bytes
 
-std::atomic_flag is_taken;
+std::atomic_flag meshes_are_taken;
 
-std::deque<KeptMesh>& kept() {
+std::deque<KeptMesh>& kept_meshes() {
   static std::deque<KeptMesh> meshes;
   return meshes;
 }
@@ -228,15 +228,15 @@ core::Result<std::shared_ptr<const SectionMesh>> section_mesh(const Body& body, 
   const Shape shape{body.radius, tca.count,   tca.outer_radius, tca.inner_radius,
                     tca.offset,  tca.azimuth, is_cyclic(tca),   order};
   {
-    const core::SpinLock lock(is_taken);
-    for (const KeptMesh& each : kept())
+    const core::SpinLock lock(meshes_are_taken);
+    for (const KeptMesh& each : kept_meshes())
       if (each.shape == shape) return each.mesh;
   }
   core::Result<SectionMesh> made = make_section_mesh(body, tca, order);
   if (!made.status.is_ok()) return std::move(made.status);
   auto mesh = std::make_shared<const SectionMesh>(std::move(made.value));
-  const core::SpinLock lock(is_taken);
-  auto& meshes = kept();
+  const core::SpinLock lock(meshes_are_taken);
+  auto& meshes = kept_meshes();
   meshes.push_back({shape, mesh});
   std::size_t addends = 0;
   for (const KeptMesh& each : meshes) addends += each.mesh->mesh.stiffness.places.size();

@@ -18,9 +18,9 @@ using SparseMatrix = SymmetricFactor::SparseMatrix;
 constexpr std::size_t kMaxOrders = 64;          // kept: the meshes of a search, in harmonics, of a few sections
 constexpr std::size_t kMaxEntries = 4'000'000;  // of all their matrices together, at about 40 bytes
 
-std::atomic_flag is_taken;
+std::atomic_flag orders_are_taken;
 
-std::deque<std::shared_ptr<const EliminationOrder>>& kept() {
+std::deque<std::shared_ptr<const EliminationOrder>>& kept_orders() {
   static std::deque<std::shared_ptr<const EliminationOrder>> orders;
   return orders;
 }
@@ -99,13 +99,13 @@ std::shared_ptr<const EliminationOrder> find_order(const SparseMatrix& matrix) {
 
 std::shared_ptr<const EliminationOrder> order_of(const SparseMatrix& matrix) {
   {
-    const core::SpinLock lock(is_taken);
-    for (const auto& each : kept())
+    const core::SpinLock lock(orders_are_taken);
+    for (const auto& each : kept_orders())
       if (fits(*each, matrix)) return each;
   }
   auto order = find_order(matrix);
-  const core::SpinLock lock(is_taken);
-  auto& orders = kept();
+  const core::SpinLock lock(orders_are_taken);
+  auto& orders = kept_orders();
   orders.push_back(order);
   std::size_t entries = 0;
   for (const auto& each : orders) entries += each->rows.size();
