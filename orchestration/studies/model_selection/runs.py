@@ -113,6 +113,7 @@ class ResumableRun:
             self._logs.add(part)
             self.cost = before + time.thread_time() - begin
             if self._passed(stop) or self.cost > limit:
+                self._watch(self._logs[-1].time)  # the generator would do so only when asked for the next part
                 break
         return self._passed(stop)
 
