@@ -62,7 +62,7 @@ def test_what_others_take_is_no_miss_of_the_steps(period: float) -> None:
         end = max(end, k * period) + busy
         expected += end > (k + 1) * period
     assert abs(result.own_misses - expected) <= 1  # periods are whole nanoseconds
-    assert result.own_misses <= result.misses
+    assert result.own_misses <= result.misses + 1  # the clocks of thread and system differ by a microsecond
 
 
 def test_the_same_work_beside_every_step_shows_the_host() -> None:
