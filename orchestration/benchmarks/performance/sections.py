@@ -169,13 +169,14 @@ def memory(repeats: int) -> Section:
         for _ in range(total // 100):
             run_batch(described, {"rod.body.E": values}, threads=1)
         rows.append((f"{total} more runs", f"{(_resident() - before) / 2**20:+.2f} MiB"))
-    members = [simulation.load_member(described, described.members[-1]) for _ in range(100)]
-    before = _resident()
-    members += [simulation.load_member(described, described.members[-1]) for _ in range(INSTANCES)]
-    each = (_resident() - before) / 2**20 / INSTANCES
-    rows.append((f"{INSTANCES} more instances of rod.fmu, per instance", f"{each:.3f} MiB"))
-    for member in members:
-        member.close()
+    for member in described.members:
+        instances = [simulation.load_member(described, member) for _ in range(100)]
+        before = _resident()
+        instances += [simulation.load_member(described, member) for _ in range(INSTANCES)]
+        each = (_resident() - before) / 2**20 / INSTANCES
+        rows.append((f"{INSTANCES} more instances of {member.archive.path.name}, per instance", f"{each:.3f} MiB"))
+        for instance in instances:
+            instance.close()
     return Section("Memory", ("", "resident memory"), rows)
 
 

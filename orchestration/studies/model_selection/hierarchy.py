@@ -6,7 +6,7 @@ A choice is one level in each hierarchy.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 
 from ...fmi.archive import cached_archive
@@ -23,7 +23,9 @@ __all__ = [
     "ModelHierarchy",
     "apply_choice",
     "choice_settings",
+    "highest_level",
     "model_hierarchies",
+    "up_to",
     "with_required",
 ]
 
@@ -76,6 +78,18 @@ class ModelHierarchy:
 
 
 Hierarchies = tuple[ModelHierarchy, ...]
+
+
+def up_to(hierarchies: Hierarchies, choice: Choice, names: Collection[str]) -> Hierarchies:
+    """The hierarchies, in which those of these names end at the level chosen."""
+    return tuple(
+        replace(h, levels=h.levels[: choice[h.name] + 1], complete=True) if h.name in names else h for h in hierarchies
+    )
+
+
+def highest_level(hierarchies: Hierarchies, name: str) -> int:
+    """Number of the finest level of the hierarchy of that name."""
+    return next(h.highest for h in hierarchies if h.name == name)
 
 
 def with_required(hierarchies: Hierarchies, choice: Choice) -> Choice:

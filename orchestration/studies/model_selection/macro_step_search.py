@@ -12,11 +12,9 @@ contact, which comes early, shows most of it. All else that is finer is compared
 from __future__ import annotations
 
 import math
-from collections.abc import Collection
-from dataclasses import replace
 
 from ...errors import CosimError
-from .hierarchy import Choice, Hierarchies
+from .hierarchy import Choice, Hierarchies, highest_level, up_to
 from .runs import RunCache
 from .search import SHARE, Known, SearchResult, Trial, coarsen, comparison_choice, refine
 
@@ -49,7 +47,7 @@ def search_macro_step_last(
     CosimError
         Where no level meets the tolerance.
     """
-    models = _without(hierarchies, choice, ("macro", "step"))
+    models = up_to(hierarchies, choice, ("macro", "step"))
     known: Known = {}
     choice = refine(runs, models, choice, tolerance, window, trial, known, _OTHERS * SHARE)
 
@@ -89,7 +87,7 @@ def search_macro_step(
     """
     gaps = {name: gap for name, gap in models.gaps.items() if name not in ("macro", "step")}
     allowed, ratio = SHARE * tolerance, 2.0**runs.scene.coupling.torn.order
-    highest = next(h.highest for h in hierarchies if h.name == "macro")
+    highest = highest_level(hierarchies, "macro")
     for level in range(models.choice["macro"], highest + 1):
         choice, half = {**models.choice, "macro": level}, {**models.choice, "macro": level + 1}
         if runs.first_parts_differ(choice, half, stop, allowed * (ratio - 1.0), like):
@@ -97,7 +95,7 @@ def search_macro_step(
         gap = runs.difference(choice, half, stop)
         if gap > allowed * (ratio - 1.0):
             continue
-        finer = comparison_choice(_without(hierarchies, choice, ("macro",)), choice)
+        finer = comparison_choice(up_to(hierarchies, choice, ("macro",)), choice)
         rest = runs.difference(choice, finer, stop)
         for each, error in ((choice, gap * ratio / (ratio - 1.0)), (half, gap / (ratio - 1.0))):
             trial(each, rest + error)
@@ -119,10 +117,3 @@ def _require_one_way(runs: RunCache, difference: float, window: float, stop: flo
             "chooses, as a finger that buckles to one side; let a small load choose it, such as tip_force[2] of a rod "
             "across the push (1e-5 N), or end the scene before"
         )
-
-
-def _without(hierarchies: Hierarchies, choice: Choice, names: Collection[str]) -> Hierarchies:
-    """The hierarchies, in which those of these names end at the level chosen."""
-    return tuple(
-        replace(h, levels=h.levels[: choice[h.name] + 1], complete=True) if h.name in names else h for h in hierarchies
-    )

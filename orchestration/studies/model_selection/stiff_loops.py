@@ -18,7 +18,7 @@ from dataclasses import replace
 
 from ...errors import CosimError
 from .dimensionless_numbers import DimensionlessNumbers
-from .hierarchy import Choice, Hierarchies, with_required
+from .hierarchy import Choice, Hierarchies, highest_level, up_to, with_required
 from .macro_step_search import search_macro_step
 from .runs import RunCache
 from .search import SHARE, Known, SearchResult, Trial, coarsen, comparison_choice, refine
@@ -47,7 +47,7 @@ def resolve_stiff_loop(
     phase = numbers.phase * math.sqrt(1.0 + gain)
     halvings = max(0, math.ceil(math.log2(phase / _MOST_PHASE))) if math.isfinite(phase) else 0
     return tuple(
-        replace(h, requires={"macro": min(halvings, _highest_macro(hierarchies))}) if h.name == "inertia" else h
+        replace(h, requires={"macro": min(halvings, highest_level(hierarchies, "macro"))}) if h.name == "inertia" else h
         for h in hierarchies
     )
 
@@ -75,7 +75,7 @@ def search_stiff_loop(
     CosimError
         Where no level meets the tolerance.
     """
-    static = tuple(replace(h, levels=h.levels[:1], complete=True) if h.name == "inertia" else h for h in hierarchies)
+    static = up_to(hierarchies, {**choice, "inertia": 0}, ("inertia",))
     known: Known = {}
     for until in (window, stop):
         choice = refine(runs, static, choice, tolerance, until, trial, known)
@@ -92,7 +92,3 @@ def search_stiff_loop(
     gaps = {name: gap for (name, level), gap in known.items() if level == choice[name]}
     models = SearchResult(moving, estimate, {**gaps, "inertia": 0.0}, {"inertia": estimate})
     return search_macro_step(runs, hierarchies, models, choice, tolerance, stop, trial)
-
-
-def _highest_macro(hierarchies: Hierarchies) -> int:
-    return next(h.highest for h in hierarchies if h.name == "macro")
